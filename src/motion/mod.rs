@@ -1,0 +1,18 @@
+//! What a motion is: skeletons, joint roles, clips, poses, and the geometry between them.
+//!
+//! A [`Clip`] keeps what the file said (channels in file order and file units); [`kinematics`] turns it into
+//! [`Poses`] (metres, Y up, world). Degrees and centimetres stop there.
+
+pub mod clip;
+pub mod kinematics;
+pub mod notice;
+pub mod poses;
+pub mod roles;
+pub mod rotation;
+pub mod skeleton;
+
+pub use clip::{Clip, UpAxis};
+pub use notice::{Notice, Severity};
+pub use poses::{Poses, Rotations};
+pub use roles::{Role, RoleMap};
+pub use skeleton::{Axis, Bone, Channel, ChannelKind, Format, Joint, RestAxis, Skeleton};

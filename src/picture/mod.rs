@@ -1,0 +1,1 @@
+//! Drawings: strips of stick figures, plots.

@@ -1,0 +1,1 @@
+//! People who stand, walk, run, jump and wave, made from a footstep plan, with ground truth.
