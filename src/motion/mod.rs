@@ -4,11 +4,17 @@
 //! [`Poses`] (metres, Y up, world). Degrees and centimetres stop there.
 
 pub mod clip;
+mod kernels;
 pub mod kinematics;
+mod lanes;
 pub mod notice;
+mod pose_program;
 pub mod poses;
 pub mod roles;
 pub mod rotation;
+#[cfg(test)]
+mod sample_bodies;
+mod sincos;
 pub mod skeleton;
 
 pub use clip::{Clip, UpAxis};
