@@ -102,7 +102,7 @@ impl Footwork {
 }
 
 /// How many alternates a pair has; it depends on the passes only, so that a whole product can be counted.
-pub fn count_alternates(base: &Footwork, donor: &Footwork, settings: &CorrelationSettings) -> usize {
+pub fn count_alternates(base: &[AnklePass], donor: &[AnklePass], settings: &CorrelationSettings) -> usize {
     kept_shifts(base, donor, settings).len()
 }
 
@@ -115,7 +115,7 @@ pub fn alternates(
     donor: &Footwork,
     settings: &CorrelationSettings,
 ) -> Result<Vec<Alternate>, Refusal> {
-    let kept = kept_shifts(base, donor, settings);
+    let kept = kept_shifts(&base.passes, &donor.passes, settings);
     let most = kept.iter().map(|&(_, count)| count).max().ok_or(Refusal::TooFewPairs)?;
     let mut found = Vec::with_capacity(kept.len());
     for (shift, count) in kept {
@@ -205,13 +205,13 @@ fn leg_poses(movement: &Movement, forward: &[DVec3], velocity_weight_s: f64) -> 
 /// Shifts with enough pairs, ascending, and how many pairs each has.
 ///
 /// Passes alternate between the feet, so all pairs of a shift agree in sign if one does.
-fn kept_shifts(base: &Footwork, donor: &Footwork, settings: &CorrelationSettings) -> Vec<(i32, usize)> {
-    let (n_base, n_donor) = (base.passes.len() as i32, donor.passes.len() as i32);
+fn kept_shifts(base: &[AnklePass], donor: &[AnklePass], settings: &CorrelationSettings) -> Vec<(i32, usize)> {
+    let (n_base, n_donor) = (base.len() as i32, donor.len() as i32);
     let shifts: Vec<(i32, usize)> = (1 - n_base..n_donor)
         .filter_map(|shift| {
             let first = (-shift).max(0);
             let count = (n_base - first).min(n_donor - (first + shift));
-            let agree = || base.passes[first as usize].ahead == donor.passes[(first + shift) as usize].ahead;
+            let agree = || base[first as usize].ahead == donor[(first + shift) as usize].ahead;
             (count > 0 && agree()).then_some((shift, count as usize))
         })
         .collect();
@@ -241,7 +241,7 @@ mod tests {
         let donor = Footwork::of(&walker(60.0, 360, 1.08).movement, &settings);
         assert!(base.passes.windows(2).all(|pair| pair[0].ahead != pair[1].ahead));
         let found = alternates(&base, &donor, &settings).unwrap();
-        assert_eq!(found.len(), count_alternates(&base, &donor, &settings));
+        assert_eq!(found.len(), count_alternates(&base.passes, &donor.passes, &settings));
         assert!(found.windows(2).all(|pair| pair[0].cost_m <= pair[1].cost_m));
         let map = frame_map(&found[0], &base, &donor, &settings).unwrap();
         // Away from the filtered ends the donor runs at 0.9 / 1.08 of its speed.

@@ -70,3 +70,20 @@ pub struct ProvenanceRow {
     /// Weight of this parent, 0..1.
     pub weight: f32,
 }
+
+impl Recipe {
+    /// The name that a recipe's content gives it: the same content, the same name, in any corpus.
+    ///
+    /// `seed`, `rule` and `cell` don't count: they say why it was chosen, not what it is.
+    pub fn name_from_content(&self) -> String {
+        let mut hasher = blake3::Hasher::new();
+        let alternate = self.alternate.map(|alternate| alternate.to_string());
+        let donor = self.donor.as_deref();
+        let texts = [Some(&*self.kind), Some(&*self.base), donor, alternate.as_deref(), Some(&*self.options)];
+        for text in texts.into_iter().chain(self.chains.iter().map(|chain| Some(&**chain))) {
+            hasher.update(&(text.map_or(-1, |text| text.len() as i64)).to_le_bytes());
+            hasher.update(text.unwrap_or_default().as_bytes());
+        }
+        format!("{}-{}", self.kind, hasher.finalize().to_hex().split_at(12).0)
+    }
+}
