@@ -11,6 +11,7 @@ pub mod correlation;
 pub mod graft;
 pub mod groups;
 pub mod heading;
+pub mod making;
 pub mod parts;
 pub mod placement;
 pub mod portrait;
