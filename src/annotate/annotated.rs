@@ -1,0 +1,296 @@
+//! All labels of one clip, from its poses.
+
+use super::checks::{Facts, checks};
+use super::contacts::{ContactSettings, Contacts, Detector, thesis_contacts};
+use super::foot_paths::{FEET, FootPaths, joints_of};
+use super::gait_machine::{machine_class, machine_gaits};
+use super::gait_steps::{Evidence, StepGaits, step_gaits};
+use super::gait_summary::{clip_gait, duty_factor, frame_confidences, segments};
+use super::gait_tokens::Token;
+use super::labels::{ClipLabels, FrameLabels, Gait, Plant, Segment};
+use super::phase::stride_phases;
+use super::plant_state::plant_states;
+use super::plants::plants;
+use super::resting_height::{RestingHeights, resting_heights};
+use super::root::{RootTrack, root_track};
+use crate::motion::{Poses, RoleMap};
+use serde::{Deserialize, Serialize};
+
+/// What annotation can be told.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct Settings {
+    /// Foot contacts.
+    pub contacts: ContactSettings,
+}
+
+/// Rows of the tables `annotations`, `plants`, `segments` and `clips` for one clip.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Annotated {
+    /// Every frame.
+    pub frames: FrameLabels,
+    /// Left foot first, then in time.
+    pub plants: Vec<Plant>,
+    /// They cover the clip in time; none where the feet are unknown.
+    pub segments: Vec<Segment>,
+    /// The clip as a whole.
+    pub clip: ClipLabels,
+}
+
+/// Labels a clip: root, contacts (T 3.1), gait (T 3.2; CONTACTS 3), plant states (T 4.2.2), phase, plants, checks.
+///
+/// Where the legs aren't known from hip to ankle everything about feet and gait is None or empty; the root's columns
+/// stand. Where the hips aren't known the root is the first joint and has no heading. No frames: nothing.
+pub fn annotate(poses: &Poses, roles: &RoleMap, rate_hz: f64, settings: &Settings) -> Annotated {
+    annotate_about(&root_track(poses, roles, rate_hz), poses, roles, rate_hz, settings)
+}
+
+/// [`annotate`] for a caller that has the clip's root track already.
+pub fn annotate_about(
+    root: &RootTrack,
+    poses: &Poses,
+    roles: &RoleMap,
+    rate_hz: f64,
+    settings: &Settings,
+) -> Annotated {
+    let mut frames = root_columns(root, poses.n_frames, rate_hz);
+    let feet = FootPaths::new(poses, roles, rate_hz).filter(|feet| feet.n_frames > 0);
+    let Some(feet) = feet else {
+        return Annotated { frames: without_feet(frames, poses.n_frames), ..Annotated::default() };
+    };
+    let rest = resting_heights(&feet);
+    let contacts = match settings.contacts.detector {
+        Detector::Thesis => thesis_contacts(&feet, &rest, &settings.contacts),
+    };
+    let tokens = contacts.tokens();
+    let evidence = Evidence::default();
+    let gaits = step_gaits(&tokens, rate_hz, evidence);
+    fill_feet_columns(&mut frames, &contacts);
+    frames.plant_state = plant_states(&tokens).into_iter().map(Some).collect();
+    frames.gait = gaits.gaits.iter().copied().map(Some).collect();
+    frames.gait_confidence = frame_confidences(&gaits, evidence);
+    frames.phase = stride_phases(&gaits);
+    Annotated {
+        frames,
+        plants: plants(&feet, &contacts.stance),
+        segments: segments(&gaits, evidence),
+        clip: clip_labels(root, &feet, &rest, &tokens, &gaits, evidence),
+    }
+}
+
+fn root_columns(root: &RootTrack, n_frames: usize, rate_hz: f64) -> FrameLabels {
+    let angles = |values: &Option<Vec<f64>>| match values {
+        Some(values) => values.iter().map(|&value| Some(value as f32)).collect(),
+        None => vec![None; n_frames],
+    };
+    FrameLabels {
+        time_s: (0..n_frames).map(|frame| frame as f64 / rate_hz).collect(),
+        root: root.position.iter().map(|position| position.as_vec3().to_array()).collect(),
+        heading: angles(&root.heading_rad),
+        speed: root.speed_mps.iter().map(|&speed| speed as f32).collect(),
+        turn_rate: angles(&root.turn_rate_radps),
+        ..FrameLabels::default()
+    }
+}
+
+fn without_feet(frames: FrameLabels, n_frames: usize) -> FrameLabels {
+    FrameLabels {
+        heights: core::array::from_fn(|_| vec![None; n_frames]),
+        speeds: core::array::from_fn(|_| vec![None; n_frames]),
+        stance: core::array::from_fn(|_| vec![None; n_frames]),
+        pinned: core::array::from_fn(|_| vec![None; n_frames]),
+        plant_state: vec![None; n_frames],
+        gait: vec![None; n_frames],
+        gait_confidence: vec![None; n_frames],
+        phase: vec![None; n_frames],
+        ..frames
+    }
+}
+
+fn fill_feet_columns(frames: &mut FrameLabels, contacts: &Contacts) {
+    let n_frames = frames.root.len();
+    let numbers = |values: &Option<Vec<f64>>| match values {
+        Some(values) => values.iter().map(|&value| Some(value as f32)).collect(),
+        None => vec![None; n_frames],
+    };
+    let marks = |values: &Vec<bool>| values.iter().copied().map(Some).collect();
+    frames.heights = contacts.heights_m.each_ref().map(numbers);
+    frames.speeds = contacts.speeds_mps.each_ref().map(numbers);
+    frames.stance = contacts.stance.each_ref().map(marks);
+    frames.pinned = contacts.pinned.each_ref().map(marks);
+}
+
+fn clip_labels(
+    root: &RootTrack,
+    feet: &FootPaths,
+    rest: &RestingHeights,
+    tokens: &[Token],
+    gaits: &StepGaits,
+    evidence: Evidence<'_>,
+) -> ClipLabels {
+    let Some(clip) = clip_gait(gaits, evidence) else { return ClipLabels::default() };
+    let duty_factor = duty_factor(gaits);
+    let in_flight = tokens.iter().filter(|&&token| token == Token::Neither).count();
+    let flight_fraction = in_flight as f64 / tokens.len() as f64;
+    let facts = Facts {
+        class: clip.class,
+        duty_factor,
+        flight_fraction,
+        n_steps: gaits.steps.len(),
+        jumps: gaits.gaits.contains(&Gait::Jump),
+        travel_in_legs: travel_m(root) / feet.leg_length_m.max(1e-3),
+        feet_rest_apart: rest.apart,
+    };
+    let fraction = |gait: Gait| Some(clip.fractions[gait as usize] as f32);
+    ClipLabels {
+        leg_length_m: Some(feet.leg_length_m as f32),
+        ground_height_m: ground_height_m(feet, rest).map(|height| height as f32),
+        noise_m: None,
+        gait_class: Some(clip.class),
+        thesis_class: Some(machine_class(&machine_gaits(tokens))),
+        stand_fraction: fraction(Gait::Stand),
+        walk_fraction: fraction(Gait::Walk),
+        run_fraction: fraction(Gait::Run),
+        jump_fraction: fraction(Gait::Jump),
+        unknown_fraction: fraction(Gait::Unknown),
+        gait_confidence: Some(clip.confidence as f32),
+        duty_factor: duty_factor.map(|duty| duty as f32),
+        flight_fraction: Some(flight_fraction as f32),
+        checks: checks(&facts),
+    }
+}
+
+/// World height, metres, at which the feet rest: mean over feet of the resting height of the toe (the ankle where there
+/// is no toe).
+fn ground_height_m(feet: &FootPaths, rest: &RestingHeights) -> Option<f64> {
+    let [left, right] = FEET.map(|foot| {
+        let [ankle, toe] = joints_of(foot);
+        rest.height[toe].or(rest.height[ankle])
+    });
+    Some((left? + right?) / 2.0 * feet.scale)
+}
+
+/// Largest horizontal distance of the root from where it began, metres.
+fn travel_m(root: &RootTrack) -> f64 {
+    let Some(&start) = root.position.first() else { return 0.0 };
+    root.position
+        .iter()
+        .map(|position| *position - start)
+        .map(|away| (away.x * away.x + away.z * away.z).sqrt())
+        .fold(0.0, f64::max)
+}
+
+#[cfg(test)]
+mod tests {
+    #![expect(clippy::unwrap_used, reason = "tests")]
+
+    use super::*;
+    use crate::annotate::features::features;
+    use crate::motion::Role;
+    use glam::DVec3;
+    use proptest::prelude::*;
+
+    fn all_roles() -> RoleMap {
+        let mut roles = RoleMap::default();
+        for (point, role) in Role::ALL.into_iter().enumerate() {
+            roles.set(role, point);
+        }
+        roles
+    }
+
+    fn check_lengths(annotated: &Annotated, n_frames: usize) {
+        let frames = &annotated.frames;
+        let lengths = [
+            frames.time_s.len(),
+            frames.root.len(),
+            frames.heading.len(),
+            frames.speed.len(),
+            frames.turn_rate.len(),
+            frames.plant_state.len(),
+            frames.gait.len(),
+            frames.gait_confidence.len(),
+            frames.phase.len(),
+        ];
+        assert_eq!(lengths, [n_frames; 9]);
+        assert!(frames.heights.iter().chain(&frames.speeds).all(|column| column.len() == n_frames));
+        assert!(frames.stance.iter().chain(&frames.pinned).all(|column| column.len() == n_frames));
+    }
+
+    #[test]
+    fn a_body_that_stands_still_stands() {
+        // Thigh, knee, ankle and toe of either leg below each other.
+        let height = |point: usize| 1.0 - 0.3 * f64::from(point as u32 % 4);
+        let world = (0..60).flat_map(|_| (0..Role::COUNT).map(|point| DVec3::Y * height(point + 3)));
+        let poses = Poses { n_frames: 60, n_points: Role::COUNT, world: world.collect() };
+        let annotated = annotate(&poses, &all_roles(), 30.0, &Settings::default());
+        check_lengths(&annotated, 60);
+        assert_eq!(annotated.clip.gait_class, Some(Gait::Stand));
+        assert_eq!(annotated.clip.thesis_class, Some(Gait::Stand));
+        assert_eq!(annotated.clip.flight_fraction, Some(0.0));
+        assert_eq!(annotated.plants.len(), 2);
+        assert_eq!(annotated.segments.len(), 1);
+        assert_eq!(annotated.frames.pinned[1], vec![Some(true); 60]);
+        assert_eq!(annotated.frames.time_s[30], 1.0);
+        // All joints above each other: the body faces nowhere.
+        assert_eq!(annotated.frames.heading, vec![None; 60]);
+    }
+
+    #[test]
+    fn without_feet_only_the_root_is_known() {
+        let mut roles = RoleMap::default();
+        roles.set(Role::Hips, 1);
+        let world = (0..5).flat_map(|frame| [DVec3::ZERO, DVec3::new(f64::from(frame), 1.0, 0.0)]).collect();
+        let poses = Poses { n_frames: 5, n_points: 2, world };
+        let annotated = annotate(&poses, &roles, 30.0, &Settings::default());
+        check_lengths(&annotated, 5);
+        assert_eq!(annotated.frames.root[4], [4.0, 1.0, 0.0]);
+        assert!((annotated.frames.speed[2] - 30.0).abs() < 1e-4);
+        assert_eq!(annotated.clip, ClipLabels::default());
+        assert!(annotated.plants.is_empty() && annotated.segments.is_empty());
+        assert_eq!(annotated.frames.stance[0], vec![None; 5]);
+    }
+
+    #[test]
+    fn settings_name_their_units_and_refuse_unknown_fields() {
+        let settings: Settings = toml::from_str("[contacts]\nmax_speed_mps = 0.6").unwrap();
+        assert_eq!((settings.contacts.max_speed_mps, settings.contacts.max_height_m), (0.6, 0.05));
+        assert!(toml::from_str::<Settings>("[contacts]\nmax_speed = 0.6").is_err());
+        assert!(toml::from_str::<Settings>("[contacts]\ndetector = 'none'").is_err());
+    }
+
+    proptest! {
+        #[test]
+        fn no_poses_panic(
+            n_frames in 0_usize..80,
+            numbers in prop::collection::vec(-2.0..2.0_f64, 64),
+            scale in prop::sample::select(vec![0.0, 1e-9, 1e-3, 1.0, 1e6, 1e150]),
+            rate_hz in prop::sample::select(vec![1e-3, 1.0, 15.0, 24.0, 30.0, 59.94, 120.0, 250.0, 1e6]),
+            lost in prop::collection::vec(any::<bool>(), Role::COUNT),
+        ) {
+            let mut roles = RoleMap::default();
+            for (point, role) in Role::ALL.into_iter().enumerate() {
+                // Most runs have feet.
+                if !lost[point] || lost[0] {
+                    roles.set(role, point);
+                }
+            }
+            let world = (0..n_frames * Role::COUNT)
+                .map(|at| DVec3::new(numbers[at * 7 % 64], numbers[at * 11 % 61], numbers[(at * at + 5) % 59]) * scale);
+            let poses = Poses { n_frames, n_points: Role::COUNT, world: world.collect() };
+            let annotated = annotate(&poses, &roles, rate_hz, &Settings::default());
+            check_lengths(&annotated, n_frames);
+            let features = features(&poses, &roles, rate_hz);
+            prop_assert!(features.values.is_empty() || features.values.len() == n_frames * 45);
+            if let Some(first) = annotated.segments.first() {
+                prop_assert_eq!(first.first, 0);
+                prop_assert!(annotated.segments.windows(2).all(|pair| pair[0].end == pair[1].first));
+                prop_assert_eq!(annotated.segments.last().map(|last| last.end as usize), Some(n_frames));
+            }
+            prop_assert!(annotated.frames.phase.iter().flatten().all(|phase| (0.0..1.0).contains(phase)));
+            prop_assert!(annotated.frames.gait_confidence.iter().flatten().all(|sure| (0.0..=1.0).contains(sure)));
+            if scale <= 1.0 {
+                prop_assert!(features.values.iter().all(|value| value.is_finite()));
+            }
+        }
+    }
+}
