@@ -138,7 +138,7 @@ mod tests {
         let one = features(&poses, &roles, 30.0);
         assert!(one.values.chunks_exact(9).all(|effector| effector[3..].iter().all(|&value| value == 0.0)));
         let (none, _) = sliding(1.0, DVec3::ZERO, 0, 30.0);
-        assert_eq!(features(&none, &roles, 30.0).values, []);
+        assert!(features(&none, &roles, 30.0).values.is_empty());
         roles = RoleMap::default();
         roles.set(Role::Hips, 0);
         assert_eq!(features(&poses, &roles, 30.0), Features::default());
