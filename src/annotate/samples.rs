@@ -17,8 +17,7 @@ pub fn samples(
     cluster_rate_hz: Option<f64>,
 ) -> Vec<u32> {
     let step = rate_hz / cluster_rate_hz.unwrap_or(DEFAULT_CLUSTER_RATE_HZ);
-    // Also where the step is not a number.
-    if !(step > 1.0) {
+    if step <= 1.0 || step.is_nan() {
         return (0..n_frames as u32).collect();
     }
     let mut regular = (0_usize..).map(|k| (k as f64 * step).round()).take_while(|&at| at < n_frames as f64).peekable();

@@ -1,0 +1,276 @@
+//! Gaits: the thesis' tables and grammars, the reference's token checks, and what clips are by their names.
+//!
+//! `golden/gait-evidence.jsonl` holds, for five clips, the reference detector's tokens, log-odds and force (to six
+//! decimals) and what `gaits.py` made of them; `golden/contacts-fixed.jsonl` (see `contacts.rs`) what it made of tokens
+//! alone.
+
+use crate::{bandai, golden, shared_data};
+use motionmill::annotate::gait_machine::{machine_class, machine_gaits};
+use motionmill::annotate::gait_segments::gait_runs;
+use motionmill::annotate::gait_steps::{Evidence, step_gaits};
+use motionmill::annotate::gait_summary::{FRAME_GAITS, clip_gait};
+use motionmill::annotate::gait_tokens::{Token, token_runs};
+use motionmill::annotate::{Gait, Settings, annotate};
+use proptest::prelude::*;
+use std::path::Path;
+
+/// Tokens of a text such as `B2 L.4 B.15`: letters with seconds.
+fn spelled(text: &str, rate_hz: f64) -> Vec<Token> {
+    text.split_whitespace()
+        .flat_map(|word| {
+            let seconds: f64 = word[1..].parse().unwrap();
+            held(word.chars().next().unwrap(), seconds, rate_hz)
+        })
+        .collect()
+}
+
+fn held(letter: char, seconds: f64, rate_hz: f64) -> Vec<Token> {
+    vec![Token::from_letter(letter).unwrap(); (seconds * rate_hz).round() as usize]
+}
+
+fn by_steps(tokens: &[Token], rate_hz: f64) -> Vec<Gait> {
+    step_gaits(tokens, rate_hz, Evidence::default()).gaits
+}
+
+fn names(gaits: &[Gait]) -> String {
+    gait_runs(gaits).iter().map(|(gait, _)| gait.name()).collect::<Vec<_>>().join(" ")
+}
+
+#[test]
+fn table_c1_gives_table_c2() {
+    let frames = [("B", 79), ("L", 47), ("B", 39), ("R", 36), ("B", 44), ("N", 30), ("B", 19)];
+    let tokens: Vec<Token> = frames
+        .into_iter()
+        .flat_map(|(letter, n)| vec![Token::from_letter(letter.chars().next().unwrap()).unwrap(); n])
+        .collect();
+    let gaits = machine_gaits(&tokens);
+    // Frames 1-245 and 246-294 of the table, which counts from 1.
+    assert_eq!(gait_runs(&gaits), [(Gait::Walk, 0..245), (Gait::Jump, 245..294)]);
+    assert_eq!(machine_class(&gaits), Gait::Other);
+    let percent = |gait: Gait| 100.0 * gaits.iter().filter(|&&other| other == gait).count() as f64 / 294.0;
+    assert_eq!((percent(Gait::Walk).round(), percent(Gait::Jump).round()), (83.0, 17.0));
+    assert_eq!(gait_runs(&by_steps(&tokens, 30.0)), [(Gait::Stand, 0..227), (Gait::Jump, 227..294)]);
+}
+
+#[test]
+fn token_checks() {
+    for (text, by_thesis, class, segments) in [
+        ("B2", "stand", "stand", "stand"),
+        ("L.3 R.3 L.3 R.3", "unknown", "walk", "walk"),
+        ("L.3 N.2 L.3 N.2 L.3", "other", "jump", "jump"),
+        ("B2 L.4 B.15 R.4 B.15 L.4 B2", "walk", "other", "stand walk stand"),
+        ("L.4 N.017 R.4 N.017 L.4 N.017 R.4", "run", "walk", "walk"),
+        ("L.4 B.12 R.4 B.12 L.2 N.033 L.2 B.12 R.4", "other", "walk", "walk"),
+        ("B1 N.4 B1", "jump", "other", "stand jump stand"),
+        ("L.25 N.1 R.25 N.1 L.25 N.1", "run", "run", "run"),
+        ("B.15 L.4 B.12 R.4 B.12 L.4 B.12", "walk", "walk", "walk"),
+        ("B2 L.4 B2", "walk", "stand", "stand"),
+    ] {
+        let tokens = spelled(text, 60.0);
+        let gaits = step_gaits(&tokens, 60.0, Evidence::default());
+        assert_eq!(machine_class(&machine_gaits(&tokens)).name(), by_thesis, "{text}");
+        assert_eq!(names(&gaits.gaits), segments, "{text}");
+        assert_eq!(clip_gait(&gaits, Evidence::default()).unwrap().class.name(), class, "{text}");
+    }
+}
+
+/// The grammars of T 3.2: class, the part that repeats, what ends it.
+const GRAMMARS: [(Gait, &str, &str); 10] = [
+    (Gait::Stand, "", "B"),
+    (Gait::Walk, "BLBR", ""),
+    (Gait::Walk, "BRBL", ""),
+    (Gait::Walk, "LBRB", ""),
+    (Gait::Walk, "RBLB", ""),
+    (Gait::Run, "LNRN", ""),
+    (Gait::Run, "RNLN", ""),
+    (Gait::Jump, "BN", "B"),
+    (Gait::Jump, "LN", "L"),
+    (Gait::Jump, "RN", "R"),
+];
+
+/// Classes whose grammar has strings that these letters are a part of.
+fn classes_with(letters: &str) -> Vec<Gait> {
+    let mut classes: Vec<Gait> = GRAMMARS
+        .iter()
+        .filter(|(_, repeated, end)| format!("{}{end}", repeated.repeat(letters.len() + 2)).contains(letters))
+        .map(|(gait, ..)| *gait)
+        .collect();
+    classes.dedup();
+    classes
+}
+
+fn letters(tokens: &[Token]) -> String {
+    token_runs(tokens).iter().map(|run| run.token.letter()).collect()
+}
+
+/// A string of a grammar: its index, and tokens of 0.1 to 0.4 s (a stand's B: 1 s).
+fn grammar_string() -> impl Strategy<Value = (usize, f64, Vec<Token>)> {
+    (
+        0..GRAMMARS.len(),
+        1_usize..5,
+        prop::sample::select(vec![24.0, 30.0, 60.0, 120.0]),
+        prop::collection::vec(0.1..0.4_f64, 20),
+    )
+        .prop_map(|(grammar, repeats, rate_hz, seconds)| {
+            let (gait, repeated, end) = GRAMMARS[grammar];
+            let letters = format!("{}{end}", repeated.repeat(repeats));
+            let held =
+                |(letter, seconds): (char, f64)| held(letter, if gait == Gait::Stand { 1.0 } else { seconds }, rate_hz);
+            (grammar, rate_hz, letters.chars().zip(seconds).flat_map(held).collect())
+        })
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(2000))]
+
+    #[test]
+    fn strings_of_the_grammars_are_homogeneous((grammar, rate_hz, tokens) in grammar_string()) {
+        let (gait, repeated, _) = GRAMMARS[grammar];
+        prop_assert_eq!(machine_class(&by_steps(&tokens, rate_hz)), gait, "{} by steps", letters(&tokens));
+        // The machine has met one foot before it can tell a hop from a run.
+        let by_machine = if ["LN", "RN"].contains(&repeated) { Gait::Other } else { gait };
+        prop_assert_eq!(machine_class(&machine_gaits(&tokens)), by_machine, "{} by the machine", letters(&tokens));
+    }
+
+    #[test]
+    fn no_part_of_a_string_is_called_what_it_cannot_be(
+        (grammar, rate_hz, tokens) in grammar_string(),
+        cut in (0.0..1.0_f64, 0.0..1.0_f64),
+    ) {
+        let at = |share: f64| (share * tokens.len() as f64) as usize;
+        let part = &tokens[at(cut.0.min(cut.1))..=at(cut.0.max(cut.1)).min(tokens.len() - 1)];
+        let letters = letters(part);
+        let mut possible = classes_with(&letters);
+        prop_assert!(possible.contains(&GRAMMARS[grammar].0), "{}", letters);
+        possible.push(Gait::Unknown);
+        for gait in by_steps(part, rate_hz) {
+            prop_assert!(possible.contains(&gait), "{} has {} by steps", letters, gait.name());
+        }
+        // The machine calls the first hop a run; L N L in a row is a jump's alone.
+        if !(letters.contains("LNL") || letters.contains("RNR")) || letters.contains("LNR") || letters.contains("RNL") {
+            for gait in machine_gaits(part) {
+                let hop = gait == Gait::Run && ["LN", "RN"].contains(&GRAMMARS[grammar].1);
+                prop_assert!(hop || possible.contains(&gait), "{} has {} by the machine", letters, gait.name());
+            }
+        }
+    }
+
+    #[test]
+    fn any_tokens_at_any_rate_get_one_gait_a_frame(
+        runs in prop::collection::vec((0_usize..4, 1_usize..60), 0..30),
+        rate_hz in prop::sample::select(vec![1e-3, 1.0, 24.0, 30.0, 59.94, 120.0, 1e6]),
+    ) {
+        let tokens: Vec<Token> =
+            runs.iter().flat_map(|&(letter, n)| vec![Token::from_letter(['N', 'L', 'R', 'B'][letter]).unwrap(); n]).collect();
+        let gaits = step_gaits(&tokens, rate_hz, Evidence::default());
+        prop_assert_eq!(gaits.gaits.len(), tokens.len());
+        prop_assert_eq!(machine_gaits(&tokens).len(), tokens.len());
+        prop_assert!(gaits.gaits.iter().all(|gait| FRAME_GAITS.contains(gait)));
+        prop_assert!(gaits.steps.iter().all(|step| step.run_evidence.abs() <= 2.0));
+        prop_assert!(gaits.steps.windows(2).all(|pair| pair[0].middle() <= pair[1].middle()));
+        let clip = clip_gait(&gaits, Evidence::default());
+        prop_assert_eq!(clip.is_some(), !tokens.is_empty());
+        prop_assert!(clip.is_none_or(|clip| (0.0..=1.0).contains(&clip.confidence)));
+    }
+}
+
+#[test]
+fn tokens_alone_give_the_references_gaits() {
+    for line in golden::lines("contacts-fixed.jsonl") {
+        let file = line["file"].as_str().unwrap();
+        let (tokens, rate_hz) = (golden::tokens(&line), line["rate"].as_f64().unwrap());
+        let gaits = step_gaits(&tokens, rate_hz, Evidence::default());
+        assert_eq!(gaits.gaits, golden::gaits(&line), "{file}");
+        check_clip(file, &gaits, Evidence::default(), &tokens, &line);
+    }
+}
+
+#[test]
+fn log_odds_and_force_give_the_references_gaits() {
+    let mut otherwise = 0;
+    for line in golden::lines("gait-evidence.jsonl") {
+        let file = line["file"].as_str().unwrap();
+        let (tokens, rate_hz) = (golden::tokens(&line), line["rate"].as_f64().unwrap());
+        let log_odds: Vec<[f64; 2]> = serde_json::from_value(line["odds"].clone()).unwrap();
+        let force_bw: Vec<Option<f64>> = serde_json::from_value(line["force"].clone()).unwrap();
+        let evidence = Evidence { log_odds: Some(&log_odds), force_bw: Some(&force_bw) };
+        let gaits = step_gaits(&tokens, rate_hz, evidence);
+        assert_eq!(gaits.gaits, golden::gaits(&line), "{file}");
+        let scores: Vec<f64> = serde_json::from_value(line["z"].clone()).unwrap();
+        assert_eq!(gaits.steps.len(), scores.len(), "{file}");
+        for (step, score) in gaits.steps.iter().zip(scores) {
+            assert!((step.run_evidence - score).abs() < 1e-4, "{file}: {step:?}, not {score}");
+        }
+        check_clip(file, &gaits, evidence, &tokens, &line);
+        otherwise += usize::from(by_steps(&tokens, rate_hz) != gaits.gaits);
+    }
+    assert!(otherwise > 0, "no clip here needs the evidence");
+}
+
+fn check_clip(
+    file: &str,
+    gaits: &motionmill::annotate::gait_steps::StepGaits,
+    evidence: Evidence<'_>,
+    tokens: &[Token],
+    line: &serde_json::Value,
+) {
+    let clip = clip_gait(gaits, evidence).unwrap();
+    assert_eq!(clip.class.name(), line["class"], "{file}");
+    assert_eq!(machine_class(&machine_gaits(tokens)).name(), line["thesis_class"], "{file}");
+    assert!((clip.confidence - line["confidence"].as_f64().unwrap()).abs() < 1e-4, "{file}: {}", clip.confidence);
+}
+
+#[test]
+fn the_machine_agrees_with_the_reference_on_every_clip() {
+    let Some(reference) = shared_data::reference("contacts.jsonl.xz") else { return };
+    let lines = golden::parse(&reference);
+    assert!(lines.len() > 100);
+    for line in lines {
+        let gaits = machine_gaits(&golden::tokens(&line));
+        assert_eq!(machine_class(&gaits).name(), line["thesis_class"], "{}", line["file"]);
+    }
+}
+
+/// Clips of a folder, every `step`-th, whose class is the one of their name: (right, all) of gait clips, then of stands.
+fn right(folder: &Path, step: usize, mut wrong: impl FnMut(&str)) -> [(usize, usize); 2] {
+    let mut counts = [(0, 0); 2];
+    for name in bandai::clips_with_a_gait(folder).iter().step_by(step) {
+        let (poses, roles) = bandai::read(&folder.join(name));
+        let clip = annotate(&poses, &roles, bandai::RATE_HZ, &Settings::default()).clip;
+        let wanted = bandai::gait_by_name(name).unwrap();
+        let count = &mut counts[usize::from(wanted == Gait::Stand)];
+        count.1 += 1;
+        if clip.gait_class == Some(wanted) {
+            count.0 += 1;
+        } else {
+            let (class, by_thesis) = (clip.gait_class.unwrap(), clip.thesis_class.unwrap());
+            let (class, by_thesis) = (class.name(), by_thesis.name());
+            wrong(&format!("{name}: {class} ({by_thesis} by the thesis), sure {:?}", clip.gait_confidence));
+        }
+    }
+    counts
+}
+
+#[test]
+fn captured_clips_are_what_their_names_say() {
+    let Some(data) = shared_data::captures() else { return };
+    let mut wrong = Vec::new();
+    let [gaits, stands] = right(&data.join("bandai-namco/dataset-2"), 12, |clip| wrong.push(clip.to_owned()));
+    assert!(gaits.1 >= 40 && stands.1 >= 80, "{gaits:?} {stands:?}");
+    assert_eq!(stands.0, stands.1, "{wrong:?}");
+    // CONTACTS 7: 0.996 of all 556.
+    assert!(gaits.0 + 1 >= gaits.1, "{wrong:?}");
+}
+
+/// `cargo test --test tests whole_set -- --ignored --nocapture`
+#[test]
+#[ignore = "1,800 clips: a minute"]
+fn whole_set() {
+    let Some(data) = shared_data::captures() else { return };
+    for (set, least) in [("dataset-2", 0.99), ("dataset-1", 0.95)] {
+        let [gaits, stands] = right(&data.join("bandai-namco").join(set), 1, |clip| eprintln!("{clip}"));
+        eprintln!("{set}: {} of {} gait clips, {} of {} stands", gaits.0, gaits.1, stands.0, stands.1);
+        assert!(gaits.0 as f64 >= least * gaits.1 as f64);
+        assert_eq!(stands.0, stands.1);
+    }
+}
