@@ -3,13 +3,16 @@
 //! A [`Clip`] keeps what the file said (channels in file order and file units); [`kinematics`] turns it into
 //! [`Poses`] (metres, Y up, world). Degrees and centimetres stop there.
 
+pub mod chains;
 pub mod clip;
+pub mod folding;
 mod kernels;
 pub mod kinematics;
 mod lanes;
 pub mod notice;
 mod pose_program;
 pub mod poses;
+pub mod role_names;
 pub mod roles;
 pub mod rotation;
 #[cfg(test)]

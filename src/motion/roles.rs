@@ -68,6 +68,17 @@ impl Role {
         Role::ToeRight,
     ];
 
+    /// What contacts need: the hips and both legs down to the ankles.
+    pub const FEET: [Role; 7] = [
+        Role::Hips,
+        Role::ThighLeft,
+        Role::KneeLeft,
+        Role::AnkleLeft,
+        Role::ThighRight,
+        Role::KneeRight,
+        Role::AnkleRight,
+    ];
+
     const NAMES: [&'static str; Role::COUNT] = [
         "hips",
         "spine",
@@ -114,6 +125,11 @@ impl RoleMap {
         self.points[role as usize] = Some(point);
     }
 
+    /// Takes a role away.
+    pub fn clear(&mut self, role: Role) {
+        self.points[role as usize] = None;
+    }
+
     /// The first role of a point, if it has one.
     pub fn of_point(&self, point: usize) -> Option<Role> {
         Role::ALL.into_iter().find(|&role| self.get(role) == Some(point))
@@ -121,9 +137,6 @@ impl RoleMap {
 
     /// Whether both legs are known from the hip down to the ankle: what contacts need.
     pub fn has_feet(&self) -> bool {
-        use Role::*;
-        [Hips, ThighLeft, KneeLeft, AnkleLeft, ThighRight, KneeRight, AnkleRight]
-            .into_iter()
-            .all(|role| self.get(role).is_some())
+        Role::FEET.into_iter().all(|role| self.get(role).is_some())
     }
 }

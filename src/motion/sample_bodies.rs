@@ -1,6 +1,8 @@
-//! Bodies and clips for the tests of this room: random ones that use every kind of channel.
+//! Bodies and clips for the tests of this room: random ones that use every kind of channel, and trees written as
+//! `hips(spine left_leg(left_foot))`.
 
 use super::clip::{Clip, UpAxis};
+use super::role_names::NameTables;
 use super::skeleton::{AngleUnit, Axis, Bone, Channel, ChannelKind, Format, Joint, PositionRule, RestAxis, Skeleton};
 use glam::DVec3;
 use std::sync::Arc;
@@ -100,3 +102,79 @@ fn random_joint(draws: &mut Draws, format: Format, index: usize) -> Joint {
         bone: (amc && parent.is_some()).then_some(bone),
     }
 }
+
+/// A tree without channels from its names: children in brackets, `name@x,y,z` for an offset (else 0 1 0), and a
+/// child `*` for an End Site.
+pub(super) fn named_body(tree: &str) -> Skeleton {
+    let spaced = tree.replace('(', " ( ").replace(')', " ) ");
+    let mut joints: Vec<Joint> = Vec::new();
+    let mut open: Vec<usize> = Vec::new();
+    for word in spaced.split_whitespace() {
+        match word {
+            "(" => open.push(joints.len() - 1),
+            ")" => drop(open.pop()),
+            _ => {
+                let (name, offset) = word.split_once('@').unwrap_or((word, "0,1,0"));
+                let numbers: Vec<f64> = offset.split(',').filter_map(|number| number.parse().ok()).collect();
+                let offset = DVec3::from_slice(&numbers);
+                if name == "*" {
+                    joints[open[open.len() - 1]].end = Some(offset);
+                    continue;
+                }
+                joints.push(Joint {
+                    name: name.to_owned(),
+                    parent: open.last().copied(),
+                    offset,
+                    end: None,
+                    channels: Vec::new(),
+                    axis: None,
+                    bone: None,
+                });
+            }
+        }
+    }
+    Skeleton { format: Format::Bvh, joints, angle_unit: AngleUnit::Degrees, position_rule: PositionRule::Replace }
+}
+
+/// Names of joints.
+pub(super) fn body_names<'a>(skeleton: &'a Skeleton, joints: &[usize]) -> Vec<&'a str> {
+    joints.iter().map(|&joint| skeleton.joints[joint].name.as_str()).collect()
+}
+
+/// The tables in `configs/skeletons`.
+pub(super) fn shipped_tables() -> NameTables {
+    macro_rules! tables {
+        ($($name:literal),*) => {
+            NameTables::from_toml(&[
+                $(($name, include_str!(concat!("../../configs/skeletons/", $name, ".toml")))),*
+            ])
+        };
+    }
+    let tables = tables!(
+        "100style",
+        "bandai-namco",
+        "biped",
+        "blender",
+        "cgspeed",
+        "cgspeed-3dsmax",
+        "cmu-asf",
+        "daz",
+        "lafan1",
+        "mixamo",
+        "motionbuilder",
+        "smpl",
+        "unreal"
+    );
+    tables.unwrap_or_else(|error| panic!("{error}"))
+}
+
+/// CMU's tree, from its ASF.
+pub(super) const CMU: &str = "root@0,16,0(
+    lhipjoint@0,0,0(lfemur@1.7,-1.8,0.6(ltibia@2.6,-7.1,0(lfoot@2.5,-6.8,0(ltoes@0.2,-0.5,2.1(*@0,0,1.1)))))
+    rhipjoint@0,0,0(rfemur@-1.6,-1.8,0.7(rtibia@-2.6,-7.1,0(rfoot@-2.5,-6.8,0(rtoes@-0.2,-0.5,2.1(*@0,0,1.1)))))
+    lowerback@0,0,0(upperback@0,2,-0.1(thorax@0,2,0(
+        lowerneck@0,2,0(upperneck@0,1.7,0.2(head@0,1.7,0(*@0,1.7,0)))
+        lclavicle@0,2,0(lhumerus@3.5,0.9,0(lradius@5,0,0(lwrist@3.4,0,0(lhand@1.7,0,0(lfingers@0.7,0,0(*@0.5,0,0))
+            lthumb@1.7,0,0(*@0.5,0,0.5)))))
+        rclavicle@0,2,0(rhumerus@-3.5,0.9,0(rradius@-5,0,0(rwrist@-3.4,0,0(rhand@-1.7,0,0(rfingers@-0.7,0,0(*@-0.5,0,0))
+            rthumb@-1.7,0,0(*@-0.5,0,0.5)))))))))";
