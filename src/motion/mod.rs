@@ -12,7 +12,9 @@ mod lanes;
 pub mod notice;
 mod pose_program;
 pub mod poses;
+pub mod role_assign;
 pub mod role_names;
+pub mod role_topology;
 pub mod roles;
 pub mod rotation;
 #[cfg(test)]
@@ -20,8 +22,11 @@ mod sample_bodies;
 mod sincos;
 pub mod skeleton;
 
+pub use chains::{BodyChain, BodyChains};
 pub use clip::{Clip, UpAxis};
 pub use notice::{Notice, Severity};
 pub use poses::{Poses, Rotations};
+pub use role_assign::{RoleSource, assign_roles};
+pub use role_names::{NameTable, NameTableError, NameTables};
 pub use roles::{Role, RoleMap};
 pub use skeleton::{Axis, Bone, Channel, ChannelKind, Format, Joint, RestAxis, Skeleton};
