@@ -31,13 +31,12 @@ pub fn plain_poses(clip: &Clip) -> Poses {
 
 /// World positions of every joint and leaf end in one frame, metres; empty where the clip has no such frame.
 pub fn pose_of_frame(clip: &Clip, frame: usize) -> Vec<DVec3> {
-    if frame >= clip.n_frames {
-        return Vec::new();
-    }
-    let skeleton = clip.skeleton.clone();
-    let channels = clip.frame(frame).to_vec();
-    plain_poses(&Clip { skeleton, rate_hz: clip.rate_hz, unit_m: clip.unit_m, up: clip.up, n_frames: 1, channels })
-        .world
+    pose_in_space(clip, frame, clip.unit_m, clip.up)
+}
+
+/// As [`pose_of_frame`], but in file units and with the file's own axes.
+pub fn file_pose_of_frame(clip: &Clip, frame: usize) -> Vec<DVec3> {
+    pose_in_space(clip, frame, 1.0, UpAxis::Y)
 }
 
 /// World positions (as [`plain_poses`]), and local and world rotations.
@@ -52,6 +51,14 @@ pub fn poses_and_rotations(clip: &Clip) -> (Poses, Rotations) {
         world[at] = world_rotation;
     });
     (poses, Rotations { n_frames: clip.n_frames, n_joints, local, world })
+}
+
+fn pose_in_space(clip: &Clip, frame: usize, unit_m: f64, up: UpAxis) -> Vec<DVec3> {
+    if frame >= clip.n_frames {
+        return Vec::new();
+    }
+    let (skeleton, channels) = (clip.skeleton.clone(), clip.frame(frame).to_vec());
+    plain_poses(&Clip { skeleton, rate_hz: clip.rate_hz, unit_m, up, n_frames: 1, channels }).world
 }
 
 fn solve(clip: &Clip, mut each: impl FnMut(usize, usize, DQuat, DQuat)) -> Poses {

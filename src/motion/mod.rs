@@ -3,6 +3,7 @@
 //! A [`Clip`] keeps what the file said (channels in file order and file units); [`kinematics`] turns it into
 //! [`Poses`] (metres, Y up, world). Degrees and centimetres stop there.
 
+pub mod bounds;
 pub mod chains;
 pub mod clip;
 pub mod folding;
@@ -12,6 +13,7 @@ mod lanes;
 pub mod notice;
 mod pose_program;
 pub mod poses;
+pub mod resample;
 pub mod role_assign;
 pub mod role_names;
 pub mod role_topology;
