@@ -5,4 +5,7 @@ mod bandai;
 mod contacts;
 mod gaits;
 mod golden;
+mod captures;
+mod positions;
+mod quirks;
 mod shared_data;

@@ -1,1 +1,21 @@
 //! Motion files as text: BVH, ASF and AMC, bytes in, motion and notices out. Opens no file.
+//!
+//! Reading is exact and tolerant: every dialect that has one meaning is read, with a [`Finding`] for each
+//! deviation that a user should hear of; what has no meaning is refused with a `Finding` of severity fault that
+//! says where and why. Input is hostile: nothing here panics, recurses, or allocates by a number that has not
+//! been checked against the bytes that are there. A [`Motion`] holds the nearest `f32` of every number, which
+//! [`write_bvh`] and [`write_amc`] print so that they read back bit for bit.
+
+pub mod acclaim;
+pub mod bvh;
+pub mod finding;
+pub mod number;
+pub mod reading;
+
+mod text;
+mod wording;
+
+pub use acclaim::{AsfSkeleton, read_amc, read_asf};
+pub use bvh::{read_bvh, write_bvh};
+pub use finding::{Deviation, Finding, NumberFlaw};
+pub use reading::{Motion, ReadLimits, ReadOptions, Reading, WriteError};
