@@ -6,6 +6,8 @@ mod contacts;
 mod gaits;
 mod golden;
 mod captures;
+mod hostile;
 mod positions;
 mod quirks;
+mod round_trip;
 mod shared_data;

@@ -15,7 +15,7 @@ pub mod reading;
 mod text;
 mod wording;
 
-pub use acclaim::{AsfSkeleton, read_amc, read_asf};
+pub use acclaim::{AsfSkeleton, acclaim_to_bvh, bvh_to_acclaim, read_amc, read_asf, write_amc, write_asf};
 pub use bvh::{read_bvh, write_bvh};
 pub use finding::{Deviation, Finding, NumberFlaw};
 pub use reading::{Motion, ReadLimits, ReadOptions, Reading, WriteError};

@@ -64,7 +64,7 @@ pub struct Reading<T> {
     pub findings: Vec<Finding>,
 }
 
-/// Why a motion can't be written.
+/// Why a motion can't be written in a format, or converted to it.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum WriteError {
@@ -93,6 +93,12 @@ pub enum WriteError {
         channel: usize,
         /// NaN or infinite.
         value: f32,
+    },
+    /// The format holds one body.
+    #[error("{roots} roots, where Acclaim holds one")]
+    NotOneRoot {
+        /// Roots of the skeleton.
+        roots: usize,
     },
     /// The rate or the unit is not a positive number.
     #[error("{what} is {value}, not a positive number")]

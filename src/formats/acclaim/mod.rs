@@ -6,11 +6,16 @@
 
 mod amc;
 mod asf;
-
+mod from_bvh;
+mod to_bvh;
 mod tree;
+mod write;
 
 pub use amc::read_amc;
 pub use asf::{AsfSkeleton, read_asf};
+pub use from_bvh::bvh_to_acclaim;
+pub use to_bvh::acclaim_to_bvh;
+pub use write::{write_amc, write_asf};
 
 /// Metres of an inch; one unit of an ASF file is an inch over the `length` of its `:units`.
 const INCH_M: f64 = 0.0254;
