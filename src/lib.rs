@@ -22,4 +22,6 @@ pub mod procedural;
 pub mod cluster;
 pub mod synthesis;
 
+pub mod corpus;
+
 pub mod picture;
