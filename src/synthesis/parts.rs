@@ -1,11 +1,7 @@
-//! The parts of a body that grafting can exchange: chains with everything that hangs on them (GRAFTS 1).
-//!
-//! Given roles, the folding rule reads: from the hierarchy's root to the hips is `root`; below the hips towards the thighs
-//! are `legs`; from there up to the joint where the shoulders part is the `trunk`; each shoulder's branch, with hand
-//! and fingers, is an arm; what else hangs on that joint is the `head`. A fork joint belongs to the chain nearer the root.
+//! The parts of a body that grafting can exchange, as provenance names them: chains with everything that hangs on
+//! them ([`BodyChains`], GRAFTS 1), the legs taken together.
 
-use super::subject::{Landmarks, ancestry, descends, joint_of};
-use crate::motion::Skeleton;
+use crate::motion::chains::BodyChains;
 use serde::{Deserialize, Serialize};
 
 /// A part of the body, as provenance names it.
@@ -56,40 +52,21 @@ impl Part {
 }
 
 impl Parts {
-    /// Sorts a skeleton's joints into parts.
-    pub fn of(skeleton: &Skeleton, landmarks: &Landmarks) -> Parts {
-        let ends = skeleton.ends();
-        let joint = |point: usize| joint_of(skeleton, &ends, point);
-        let shoulders = landmarks.arms.map(|arm| joint(arm.shoulder));
-        let fork = ancestry(skeleton, shoulders[0])
-            .skip(1)
-            .find(|&above| descends(skeleton, shoulders[1], above))
-            .unwrap_or(landmarks.hips);
-        let branch = |from: usize, towards: usize| {
-            ancestry(skeleton, towards).find(|&above| skeleton.joints[above].parent == Some(from))
+    /// The parts that chains make.
+    pub fn of(chains: &BodyChains) -> Parts {
+        let sorted = |joints: &[&[usize]]| {
+            let mut joints = joints.concat();
+            joints.sort_unstable();
+            joints
         };
-        let arms = shoulders.map(|shoulder| branch(fork, shoulder));
-        let legs = landmarks.legs.map(|leg| branch(landmarks.hips, joint(leg.thigh)));
-        let mut joints: [Vec<usize>; 6] = Default::default();
-        for index in 0..skeleton.joints.len() {
-            let within = |top: &Option<usize>| top.is_some_and(|top| descends(skeleton, index, top));
-            let part = if legs.iter().any(within) {
-                Part::Legs
-            } else if within(&arms[0]) {
-                Part::ArmLeft
-            } else if within(&arms[1]) {
-                Part::ArmRight
-            } else if index == landmarks.hips || !descends(skeleton, index, landmarks.hips) {
-                Part::Root
-            } else if descends(skeleton, fork, index) {
-                Part::Trunk
-            } else if descends(skeleton, index, fork) {
-                Part::Head
-            } else {
-                Part::Root
-            };
-            joints[part as usize].push(index);
-        }
+        let joints = Part::ALL.map(|part| match part {
+            Part::Root => sorted(&[&chains.pelvis]),
+            Part::Legs => sorted(&[&chains.leg_left, &chains.leg_right]),
+            Part::Trunk => sorted(&[&chains.trunk]),
+            Part::Head => sorted(&[&chains.head]),
+            Part::ArmLeft => sorted(&[&chains.arm_left]),
+            Part::ArmRight => sorted(&[&chains.arm_right]),
+        });
         Parts { joints }
     }
 

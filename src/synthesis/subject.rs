@@ -2,6 +2,7 @@
 
 use super::parts::Parts;
 use crate::annotate::labels::Foot;
+use crate::motion::chains::BodyChains;
 use crate::motion::kinematics::poses_and_rotations;
 use crate::motion::rotation::slerp;
 use crate::motion::{Clip, Poses, Role, RoleMap, Rotations, Skeleton};
@@ -86,6 +87,9 @@ pub enum Unfit {
     /// Hips or chest is the end of a leaf, so it has no rotation.
     #[error("the role {} is no joint but the end of one", .0.name())]
     NotAJoint(Role),
+    /// The roles are there but don't lie like a body: legs below the hips, arms above.
+    #[error("the joints with roles don't lie like those of a body")]
+    NoChains,
     /// Fewer than two frames.
     #[error("{0} frames are too few")]
     TooShort(usize),
@@ -98,7 +102,8 @@ impl Subject {
     /// [`Unfit`]: hips, chest, or a joint of an arm or leg (but for the toe) is not known, or there are fewer than two frames.
     pub fn new(clip: Arc<Clip>, roles: &RoleMap) -> Result<Subject, Unfit> {
         let movement = Movement::of_clip(&clip, roles)?;
-        let parts = Parts::of(&clip.skeleton, &movement.landmarks);
+        let chains = BodyChains::of_roles(&clip.skeleton, roles).ok_or(Unfit::NoChains)?;
+        let parts = Parts::of(&chains);
         Ok(Subject { clip, movement, parts })
     }
 }
