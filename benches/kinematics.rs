@@ -7,7 +7,6 @@
 //! ```text
 //! cargo bench --bench kinematics
 //! ```
-#![expect(clippy::unwrap_used, reason = "a bench may stop")]
 
 use glam::DVec3;
 use motionmill::motion::kinematics::{plain_poses, poses, poses_and_rotations};

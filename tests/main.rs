@@ -10,4 +10,7 @@ mod hostile;
 mod positions;
 mod quirks;
 mod round_trip;
+mod procedural;
+mod motion;
+mod plain_reader;
 mod shared_data;

@@ -36,21 +36,13 @@ impl Lanes {
     /// `self * a + other * b`, each product rounded.
     #[inline(always)]
     fn blend(self, a: Lanes, other: Lanes, b: Lanes) -> Lanes {
-        let mut sum = [0.0; LANES];
-        for lane in 0..LANES {
-            sum[lane] = self.0[lane] * a.0[lane] + other.0[lane] * b.0[lane];
-        }
-        Lanes(sum)
+        Lanes(core::array::from_fn(|lane| self.0[lane] * a.0[lane] + other.0[lane] * b.0[lane]))
     }
 
     /// `self * a - other * b`, each product rounded.
     #[inline(always)]
     fn blend_away(self, a: Lanes, other: Lanes, b: Lanes) -> Lanes {
-        let mut difference = [0.0; LANES];
-        for lane in 0..LANES {
-            difference[lane] = self.0[lane] * a.0[lane] - other.0[lane] * b.0[lane];
-        }
-        Lanes(difference)
+        Lanes(core::array::from_fn(|lane| self.0[lane] * a.0[lane] - other.0[lane] * b.0[lane]))
     }
 
     /// Adds `value * scale` in every lane.

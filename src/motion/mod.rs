@@ -1,7 +1,9 @@
 //! What a motion is: skeletons, joint roles, clips, poses, and the geometry between them.
 //!
 //! A [`Clip`] keeps what the file said (channels in file order and file units); [`kinematics`] turns it into
-//! [`Poses`] (metres, Y up, world). Degrees and centimetres stop there.
+//! [`Poses`] (metres, Y up, world). Degrees and centimetres stop there. Which joint is which is decided by
+//! [`assign_roles`]: [`role_names`] first, else [`folding`] and [`role_topology`]. What a file leaves unsaid (unit,
+//! up axis) is guessed in [`bounds`].
 
 pub mod bounds;
 pub mod chains;

@@ -16,6 +16,10 @@ pub struct NameTable {
     /// empty name is the prefix alone.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub prefix: Option<String>,
+    /// Joints without a role that a skeleton of the family has; without them the table is passed over. For families
+    /// whose names are part of another's.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub needs: Vec<String>,
     /// Names of each role, the preferred one first. A joint that has a role already is passed over.
     pub joints: BTreeMap<Role, Vec<String>>,
 }
@@ -99,6 +103,9 @@ impl NameTable {
             if let Some(name) = self.bare_name(&joint.name) {
                 joint_of_name.entry(name).or_insert(index);
             }
+        }
+        if !self.needs.iter().all(|name| joint_of_name.contains_key(&normal(name))) {
+            return None;
         }
         let mut roles = RoleMap::default();
         // The chest before the spine: it is the highest of several spine joints, the spine the next one.
@@ -207,6 +214,14 @@ mod tests {
         assert!(tables.best(&body("x:Bip001_Pelvis", "x:Bip001_")).is_some());
         assert!(tables.best(&body("Bip01", "Bipod_")).is_none());
         assert!(tables.best(&body("Bip01", "")).is_none());
+    }
+
+    #[test]
+    fn a_table_is_passed_over_without_the_joints_it_needs() {
+        let text = table("needs = [\"Low Back\"]", "");
+        let tables = NameTables::from_toml(&[("one", &text)]).unwrap();
+        assert!(tables.best(&named_body("Hips(LT(LK(LA)) RT(RK(RA)))")).is_none());
+        assert!(tables.best(&named_body("Hips(LT(LK(LA)) RT(RK(RA)) low_back)")).is_some());
     }
 
     #[test]
