@@ -169,4 +169,28 @@ pub(super) mod tests {
         assert!(!Token::Right.plants(Foot::Left) && !Token::Neither.plants(Foot::Right));
         assert_eq!("NLRB".chars().map(|c| Token::from_letter(c).unwrap().letter()).collect::<String>(), "NLRB");
     }
+
+    /// The definition, word for word.
+    fn plain(mut tokens: Vec<Token>, rate_hz: f64) -> Vec<Token> {
+        let single = |token: Token| token.single().is_some();
+        while let Some((run, token)) = token_runs(&tokens).windows(3).find_map(|three| {
+            let returns = three[0].token == three[2].token;
+            let step = single(three[0].token) && single(three[1].token);
+            (returns && !step && three[1].duration_s(rate_hz) < FLICKER_S).then_some((three[1], three[0].token))
+        }) {
+            tokens[run.first..run.end].fill(token);
+        }
+        tokens
+    }
+
+    proptest::proptest! {
+        #[test]
+        fn one_pass_does_what_starting_over_does(
+            runs in proptest::collection::vec((0_usize..4, 1_usize..9), 0..20),
+        ) {
+            let all = [Token::Neither, Token::Left, Token::Right, Token::Both];
+            let tokens: Vec<Token> = runs.iter().flat_map(|&(token, n)| vec![all[token]; n]).collect();
+            proptest::prop_assert_eq!(steady_runs(&tokens, 100.0), token_runs(&plain(tokens, 100.0)));
+        }
+    }
 }

@@ -1,6 +1,6 @@
 //! What happens in every frame: features, foot contacts, gait, plant states.
 //!
-//! Poses in, labels out. [`annotate`](annotated::annotate) gives the rows of `annotations`, `plants`, `segments` and
+//! Poses in, labels out. [`annotate()`] gives the rows of `annotations`, `plants`, `segments` and
 //! `clips`, [`features`](features::features) those of `features`, [`samples`](samples::samples) the frames that
 //! clustering works on. The way from poses to a gait:
 //!
