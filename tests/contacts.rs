@@ -36,6 +36,22 @@ fn fixed_thresholds_give_the_oracles_tokens() {
     assert!(n_frames > 10_000, "{n_frames}");
 }
 
+/// `golden/resting-heights.jsonl`: `contacts.resting_heights(feet[..., 1], numpy.minimum(forward, backward) < 0.5)` of
+/// every sixth of the same clips, where `feet` is in scaled metres and `forward, backward = contacts.speeds(feet, rate)`.
+#[test]
+fn feet_rest_where_the_oracle_says() {
+    let Some(data) = shared_data::captures() else { return };
+    for line in golden::lines("resting-heights.jsonl") {
+        let file = line["file"].as_str().unwrap();
+        let (poses, roles) = bandai::read(&data.join(file));
+        let rest = resting_heights(&FootPaths::new(&poses, &roles, RATE_HZ).unwrap());
+        let wanted: Vec<f64> = serde_json::from_value(line["rest"].clone()).unwrap();
+        for (joint, (height, wanted)) in rest.height.iter().zip(wanted).enumerate() {
+            assert!((height.unwrap() - wanted).abs() < 2e-6, "{file}, joint {joint}: {height:?}, not {wanted}");
+        }
+    }
+}
+
 /// Share of foot-frames on which two token strings agree that a foot is planted: F1.
 #[test]
 fn the_default_detector_agrees_with_the_adaptive_reference() {

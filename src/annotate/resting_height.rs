@@ -145,6 +145,14 @@ mod tests {
     }
 
     #[test]
+    fn a_foot_put_up_for_long_does_not_raise_the_ground() {
+        let ground = (0..20).map(|frame| (0.0, 0.08 + 0.001 * f64::from(frame % 9)));
+        let path: Vec<(f64, f64)> = ground.chain((0..80).map(|_| (0.0, 0.5))).collect();
+        let rest = resting_heights(&feet([Some(path.clone()), None, Some(path), None]));
+        assert!(rest.height[0].unwrap() < 0.09, "{rest:?}");
+    }
+
+    #[test]
     fn modes_of_small_sets() {
         assert_eq!(half_sample_mode(&[]), None);
         assert_eq!(half_sample_mode(&[2.0]), Some(2.0));
