@@ -7,6 +7,7 @@ mod gaits;
 mod golden;
 mod captures;
 mod hostile;
+mod grafts;
 mod positions;
 mod quirks;
 mod round_trip;

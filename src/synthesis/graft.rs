@@ -12,7 +12,7 @@ use super::parts::Part;
 use super::placement::{Placement, Timing};
 use super::provenance::Provenance;
 use super::signal::{gradient, mean};
-use super::subject::{Subject, split_frame};
+use super::subject::{Subject, rates_are_near, split_frame};
 use crate::motion::Clip;
 use crate::motion::rotation::{rotation_vector, slerp, unwrap};
 use glam::{DQuat, DVec3};
@@ -183,6 +183,10 @@ fn require_graftable(base: &Subject, donor: &Subject, parts: &[Part]) -> Result<
     };
     if !alike() {
         return Err(Refusal::LayoutDiffers);
+    }
+    let (base_hz, donor_hz) = (base.clip.rate_hz, donor.clip.rate_hz);
+    if !rates_are_near(base_hz, donor_hz) {
+        return Err(Refusal::RatesTooFarApart { base_hz, donor_hz });
     }
     let mut parts = parts.to_vec();
     parts.sort_unstable();

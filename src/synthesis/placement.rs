@@ -68,7 +68,7 @@ impl Timing {
         let found = alternates(base, donor, settings)?;
         let refusal = Refusal::NoSuchAlternate { wanted: alternate, found: found.len() };
         let map = frame_map(found.get(alternate).ok_or(refusal)?, base, donor, settings)?;
-        Ok(Timing::of_map(&map, base.n_frames(), base.rate_hz))
+        Timing::of_map(&map, base.n_frames(), base.rate_hz)
     }
 
     /// The timing of donor frames `frames` (half-open) at their own speed from a base time on.
@@ -95,12 +95,15 @@ impl Timing {
     }
 
     /// The timing of a map over a base of `n_frames`.
-    pub fn of_map(map: &FrameMap, n_frames: usize, rate_hz: f64) -> Timing {
-        let last = map.donor_frames.len() - 1;
+    ///
+    /// # Errors
+    /// [`Refusal::BadPlacement`]: the map is empty.
+    pub fn of_map(map: &FrameMap, n_frames: usize, rate_hz: f64) -> Result<Timing, Refusal> {
+        let last = map.donor_frames.len().checked_sub(1).ok_or(Refusal::BadPlacement)?;
         let donor_frames =
             (0..n_frames).map(|frame| map.donor_frames[frame.saturating_sub(map.first).min(last)]).collect();
         let time_s = |frame: usize| frame as f64 / rate_hz;
-        Timing { first_s: time_s(map.first), last_s: time_s(map.first + last), donor_frames }
+        Ok(Timing { first_s: time_s(map.first), last_s: time_s(map.first + last), donor_frames })
     }
 }
 

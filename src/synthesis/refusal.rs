@@ -28,6 +28,14 @@ pub enum Refusal {
     /// Joint names, parents or channels differ.
     #[error("base and donor are not of one layout")]
     LayoutDiffers,
+    /// No sensible resampling lies between the rates of base and donor.
+    #[error("the rates of base and donor, {base_hz} and {donor_hz} Hz, lie too far apart")]
+    RatesTooFarApart {
+        /// Of the base.
+        base_hz: f64,
+        /// Of the donor.
+        donor_hz: f64,
+    },
     /// An action is never cut (GRAFTS 3).
     #[error("the base lasts {held_s:.3} s, the donor's action ends at {needed_s:.3} s")]
     BaseTooShort {
@@ -64,6 +72,7 @@ impl Refusal {
             Refusal::RateOutOfRange { .. } => "rate-out-of-range",
             Refusal::NoSuchAlternate { .. } => "no-such-alternate",
             Refusal::LayoutDiffers => "layout-differs",
+            Refusal::RatesTooFarApart { .. } => "rates-too-far-apart",
             Refusal::BaseTooShort { .. } => "base-too-short",
             Refusal::BadPlacement => "bad-placement",
             Refusal::BaseArmBusy(_) => "base-arm-busy",

@@ -77,6 +77,9 @@ pub struct LegPoints {
 /// Left, then right: the order of all pairs here.
 pub const SIDES: [Foot; 2] = [Foot::Left, Foot::Right];
 
+/// Rates of base and donor may lie this factor apart; captures lie between 20 and 480 Hz.
+pub const MAX_RATE_RATIO: f64 = 64.0;
+
 /// Why a clip can be neither base nor donor.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[non_exhaustive]
@@ -172,8 +175,12 @@ impl Movement {
 
     /// The same movement at another rate, from the first frame on: rotations by slerp, offsets linearly.
     ///
-    /// The result holds as many frames as fit between the first and the last. `rate_hz` > 0.
-    pub fn resampled(&self, rate_hz: f64) -> Movement {
+    /// The result holds as many frames as fit between the first and the last. None: the rates lie more than
+    /// [`MAX_RATE_RATIO`] apart, so that the result could be out of all proportion.
+    pub fn resampled(&self, rate_hz: f64) -> Option<Movement> {
+        if !rates_are_near(self.rate_hz, rate_hz) {
+            return None;
+        }
         let n_joints = self.skeleton.joints.len();
         let ends = self.skeleton.ends();
         let n_points = n_joints + ends.len();
@@ -214,13 +221,13 @@ impl Movement {
             }
             world.extend(points);
         }
-        Movement {
+        Some(Movement {
             skeleton: self.skeleton.clone(),
             rate_hz,
             poses: Poses { n_frames, n_points, world },
             rotations: Rotations { n_frames, n_joints, local: local_rotations, world: world_rotations },
             landmarks: self.landmarks.clone(),
-        }
+        })
     }
 }
 
@@ -262,6 +269,13 @@ impl Landmarks {
     }
 }
 
+/// Whether two rates lie at most [`MAX_RATE_RATIO`] apart.
+pub(super) fn rates_are_near(a_hz: f64, b_hz: f64) -> bool {
+    let ratio = a_hz / b_hz;
+    // Both comparisons are false for NaN.
+    (1.0 / MAX_RATE_RATIO..=MAX_RATE_RATIO).contains(&ratio)
+}
+
 /// The frame before a fractional one and the share of the next; held at both ends. `n_frames` >= 2.
 pub(super) fn split_frame(at: f64, n_frames: usize) -> (usize, f64) {
     let at = at.clamp(0.0, (n_frames - 1) as f64);
@@ -293,7 +307,7 @@ mod tests {
     #[test]
     fn resampling_to_the_own_rate_changes_nothing() {
         let subject = walker(60.0, 90, 1.0);
-        let again = subject.movement.resampled(60.0);
+        let again = subject.movement.resampled(60.0).unwrap();
         assert_eq!(again.n_frames(), 90);
         let pairs = again.poses.world.iter().zip(&subject.movement.poses.world);
         assert!(pairs.map(|(a, b)| a.distance(*b)).all(|distance| distance < 1e-12));
@@ -302,7 +316,8 @@ mod tests {
     #[test]
     fn halving_the_rate_keeps_every_second_frame() {
         let subject = walker(60.0, 91, 1.0);
-        let half = subject.movement.resampled(30.0);
+        let half = subject.movement.resampled(30.0).unwrap();
+        assert!(subject.movement.resampled(1e9).is_none() && subject.movement.resampled(f64::NAN).is_none());
         assert_eq!(half.n_frames(), 46);
         for frame in 0..46 {
             for point in 0..half.poses.n_points {

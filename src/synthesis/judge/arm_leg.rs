@@ -44,6 +44,9 @@ pub fn arm_leg(movement: &Movement) -> Option<ArmLeg> {
     // The ends carry the transform's own errors.
     let cut = (n_frames / 10).max(1);
     let inner = cut..n_frames - cut;
+    if inner.is_empty() {
+        return None;
+    }
     let count = inner.len() as f64;
     let sum = inner.fold(Complex::default(), |sum, n| sum + Complex::turn(TAU * (arms[n] - legs[n])));
     Some(ArmLeg { relation: sum.angle_rad() / TAU, lock: sum.norm() / count })

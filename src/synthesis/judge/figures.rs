@@ -117,9 +117,13 @@ impl Figures {
         figures
     }
 
-    /// Measures a parent at its child's rate.
+    /// Measures a parent at its child's rate. Nothing is measured where the rates lie too far apart to resample; such a
+    /// pair is never grafted ([`Refusal::RatesTooFarApart`](super::super::Refusal::RatesTooFarApart)).
     pub fn of_parent(parent: &Movement, rate_hz: f64) -> Figures {
-        if parent.rate_hz == rate_hz { Figures::of(parent) } else { Figures::of(&parent.resampled(rate_hz)) }
+        if parent.rate_hz == rate_hz {
+            return Figures::of(parent);
+        }
+        parent.resampled(rate_hz).as_ref().map_or_else(Figures::default, Figures::of)
     }
 
     /// One figure.
