@@ -25,3 +25,6 @@ pub mod synthesis;
 pub mod corpus;
 
 pub mod picture;
+
+pub mod inputs;
+pub mod plan;

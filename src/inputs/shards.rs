@@ -1,0 +1,31 @@
+//! Cutting the sorted list of inputs into shards, before any work and without regard to who will do it (DESIGN 3, 4).
+
+use super::find::Input;
+use std::ops::Range;
+
+/// A unit of work, commit and resume: a run of the sorted list.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Shard {
+    /// Indices into the list that was cut.
+    pub clips: Range<usize>,
+    /// Text of these clips, bytes.
+    pub bytes: u64,
+}
+
+/// Cuts the list so that a shard has at most `text_bytes` of text, or one clip.
+///
+/// The list is sorted by (source, name), as [`find_inputs`](super::find_inputs) gives it, or a part of that in its order.
+pub fn cut_shards(inputs: &[Input], text_bytes: u64) -> Vec<Shard> {
+    debug_assert!(inputs.is_sorted_by_key(|input| (&input.source, &input.name)), "cut from the sorted list");
+    let mut shards: Vec<Shard> = Vec::new();
+    for (index, input) in inputs.iter().enumerate() {
+        match shards.last_mut() {
+            Some(shard) if shard.bytes.saturating_add(input.bytes) <= text_bytes => {
+                shard.clips.end = index + 1;
+                shard.bytes += input.bytes;
+            }
+            _ => shards.push(Shard { clips: index..index + 1, bytes: input.bytes }),
+        }
+    }
+    shards
+}
