@@ -14,4 +14,8 @@ mod round_trip;
 mod procedural;
 mod motion;
 mod plain_reader;
+mod inputs;
+mod plan_hostile;
+mod plan_mistakes;
+mod plans;
 mod shared_data;

@@ -22,15 +22,15 @@ pub enum LookupError {
 /// # Errors
 /// [`LookupError`]: nothing fits, or several do on the first level where any does.
 pub fn look_up(clips: &[(&str, &str)], wanted: &str) -> Result<usize, LookupError> {
-    let levels: [&dyn Fn(&(&str, &str)) -> bool; 3] = [
-        &|&(source, name)| name == wanted || is_whole(source, name, wanted),
-        &|&(_, name)| last(name) == wanted,
-        &|&(source, name)| {
-            name.starts_with(wanted) || last(name).starts_with(wanted) || whole(source, name).starts_with(wanted)
-        },
-    ];
-    for fits in levels {
-        let found: Vec<usize> = (0..clips.len()).filter(|&index| !wanted.is_empty() && fits(&clips[index])).collect();
+    let is_name = |&(source, name): &(&str, &str)| name == wanted || is_whole(source, name, wanted);
+    let is_last = |&(_, name): &(&str, &str)| last(name) == wanted;
+    let is_prefix = |&(source, name): &(&str, &str)| {
+        name.starts_with(wanted) || last(name).starts_with(wanted) || whole(source, name).starts_with(wanted)
+    };
+    let fitting = |fits: &dyn Fn(&(&str, &str)) -> bool| -> Vec<usize> {
+        (0..clips.len()).filter(|&index| !wanted.is_empty() && fits(&clips[index])).collect()
+    };
+    for found in [fitting(&is_name), fitting(&is_last), fitting(&is_prefix)] {
         match found[..] {
             [] => {}
             [only] => return Ok(only),

@@ -1,7 +1,7 @@
 //! Finding clips and their skeletons in folders: which files, under which names, with which settings.
 //!
 //! [`find_inputs`] walks the folders and gives a list sorted by (source, name) that depends on neither the order of
-//! the folders nor of their entries; [`hash_inputs`] reads the bytes; [`difference`] compares with what a corpus
+//! the folders nor of their entries; [`hash_inputs`] reads the bytes; [`difference()`] compares with what a corpus
 //! knows; [`cut_shards`] makes units of work. What can't be used becomes a notice, never a crash.
 
 pub mod difference;

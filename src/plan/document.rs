@@ -134,6 +134,9 @@ impl Place {
 /// # Errors
 /// Every place where it is not TOML; of several on one line, the first.
 pub(crate) fn parse(source: &Arc<Source>) -> Result<Node, Vec<PlanError>> {
+    if let Some(at) = too_deep(&source.text) {
+        return Err(vec![too_deep_error(&source.place(at..at))]);
+    }
     let (table, syntax) = DeTable::parse_recoverable(&source.text);
     let mut errors = Vec::new();
     let root = Node { value: own_table(source, table.get_ref(), &mut errors), place: source.start() };
@@ -170,6 +173,9 @@ pub(crate) fn parse_set(argument: &str) -> Result<Node, PlanError> {
         ));
     }
     let whole = source.place(0..source.text.len());
+    if keys.len() > MAX_DEPTH || too_deep(&source.text).is_some() {
+        return Err(too_deep_error(&whole));
+    }
     let mut errors = Vec::new();
     let value = match DeValue::parse(&source.text) {
         Ok(value) => own_value(&source, &value, &mut errors),
@@ -319,6 +325,50 @@ fn own_value(source: &Arc<Source>, value: &Spanned<DeValue<'_>>, errors: &mut Ve
     }
 }
 
+/// Sections and lists within each other: trees are walked by recursion, and no setting lies deeper than four.
+const MAX_DEPTH: usize = 64;
+
+/// Where a text goes deeper than [`MAX_DEPTH`], by brackets or by a dotted key. Text in quotes and comments don't count.
+fn too_deep(text: &str) -> Option<usize> {
+    let (mut brackets, mut dots) = (0usize, 0usize);
+    let mut characters = text.char_indices();
+    while let Some((at, character)) = characters.next() {
+        match character {
+            '"' | '\'' => {
+                while let Some((_, inside)) = characters.next() {
+                    if inside == character {
+                        break;
+                    }
+                    if inside == '\\' && character == '"' {
+                        characters.next();
+                    }
+                }
+            }
+            '#' => {
+                characters.by_ref().find(|&(_, inside)| inside == '\n');
+                dots = 0;
+            }
+            '[' | '{' => (brackets, dots) = (brackets + 1, 0),
+            ']' | '}' => (brackets, dots) = (brackets.saturating_sub(1), 0),
+            '=' | ',' | '\n' => dots = 0,
+            '.' => dots += 1,
+            _ => {}
+        }
+        if brackets > MAX_DEPTH || dots > MAX_DEPTH {
+            return Some(at);
+        }
+    }
+    None
+}
+
+fn too_deep_error(place: &Place) -> PlanError {
+    place.error(
+        format!("more than {MAX_DEPTH} sections or lists within each other"),
+        "no setting lies that deep".to_owned(),
+        "see configs/default.toml for every setting".to_owned(),
+    )
+}
+
 fn too_large(source: &Arc<Source>, span: Range<usize>, errors: &mut Vec<PlanError>) -> Value {
     let place = source.place(span);
     errors.push(place.error(
@@ -333,7 +383,9 @@ fn syntax_error(place: &Place, message: &str) -> PlanError {
     let line = place.line_text();
     let remedy = match line.split_once('=') {
         _ if message == "duplicate key" => "keep one of the two".to_owned(),
-        Some((key, word)) if is_word(word.trim()) => format!("{} = \"{}\"", key.trim(), word.trim()),
+        Some((key, word)) if is_word(without_comment(word)) => {
+            format!("{} = \"{}\"", key.trim(), without_comment(word))
+        }
         _ if place.source.kind == SourceKind::Set => "put text in quotes, lists in [ ]".to_owned(),
         _ => format!("mend this line: {line}"),
     };
@@ -342,6 +394,10 @@ fn syntax_error(place: &Place, message: &str) -> PlanError {
         _ => "settings are TOML: `name = value`, text in quotes, sections in [ ]",
     };
     place.error(format!("not TOML: {message}"), why.to_owned(), remedy)
+}
+
+fn without_comment(value: &str) -> &str {
+    value.split('#').next().unwrap_or(value).trim()
 }
 
 /// A word that somebody forgot to quote, rather than a broken number, list or date.

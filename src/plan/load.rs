@@ -35,8 +35,9 @@ impl Plan {
     /// Every mistake in them: those of the pipeline, then of the config, then of `--set`, each in the order of its text.
     pub fn load(pipeline: &str, config: Option<&str>, sets: &[String]) -> Result<Plan, Vec<PlanError>> {
         let mut errors = Vec::new();
-        let read_stages = shipped::pipeline(pipeline).map_err(|error| vec![error]).and_then(|source| parse(&source));
-        let stages = match read_stages {
+        let source = shipped::pipeline(pipeline);
+        let pipeline_file = source.as_ref().map_or_else(|error| error.file.clone(), |source| source.name.clone());
+        let stages = match source.map_err(|error| vec![error]).and_then(|source| parse(&source)) {
             Ok(root) => Some(read_pipeline(&root)),
             Err(mistakes) => {
                 errors.extend(mistakes);
@@ -54,7 +55,11 @@ impl Plan {
                     Path::new(pipeline).file_stem().map_or_else(|| pipeline.into(), |stem| stem.to_string_lossy());
                 Ok(Plan { pipeline: name.into_owned(), description, stages, config })
             }
-            _ => Err(errors),
+            _ => {
+                errors
+                    .sort_by_key(|error| (error.file != pipeline_file, error.line.is_none(), error.line, error.column));
+                Err(errors)
+            }
         }
     }
 
@@ -86,7 +91,8 @@ impl Config {
     /// # Errors
     /// Every mistake in them.
     pub fn load(config: Option<&str>, sets: &[String]) -> Result<Config, Vec<PlanError>> {
-        let (config, errors, _) = load_config(config, None, sets);
+        let (config, mut errors, _) = load_config(config, None, sets);
+        errors.sort_by_key(|error| (error.line.is_none(), error.line, error.column));
         if errors.is_empty() { Ok(config) } else { Err(errors) }
     }
 }
@@ -112,11 +118,15 @@ fn load_config(config: Option<&str>, options: Option<Node>, sets: &[String]) -> 
         }
     }
     let reference = parse(&reference).unwrap_or_else(|_| Node::empty(&reference));
-    let (config, mut mistakes) = read::<Config>(&root);
-    mistakes.sort_by_key(|mistake| mistake.place.at());
+    let (config, mistakes) = read::<Config>(&root);
     errors.extend(mistakes.iter().map(|mistake| explain(mistake, &Root::Config { reference: &reference })));
     // Values that could not be read are defaults here, so what is said of the others stays true.
-    errors.extend(check(&config, &root, &reference));
+    let shortened: Vec<&str> = mistakes
+        .iter()
+        .filter_map(|mistake| mistake.path.strip_suffix(']')?.rsplit_once('['))
+        .map(|(list, _)| list)
+        .collect();
+    errors.extend(check(&config, &root, &shortened, &reference));
     (config, errors, root)
 }
 
@@ -135,7 +145,7 @@ fn left_out(pipeline: &Pipeline, config: &Config, root: &Node) -> Vec<PlanError>
             errors.push(node.place.error(
                 format!("`{table}` in [tables] is false, and the pipeline has `{}`", stage.name()),
                 format!("{} reads the {table} table", stage.name()),
-                format!("{table} = true, or take the stage out"),
+                format!("leave it true, or take `{}` out of the pipeline", stage.name()),
             ));
         }
     }

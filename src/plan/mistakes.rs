@@ -20,24 +20,23 @@ const MAX_QUOTED: usize = 60;
 /// The mistake in words.
 pub(crate) fn explain(mistake: &Mistake, root: &Root<'_>) -> PlanError {
     let Mistake { place, path, node, kind } = mistake;
-    let words = Words { mistake, root, section: section_of(path), field: field_of(path) };
+    let words = match kind {
+        MistakeKind::Missing(field) => Words { mistake, root, section: without_indices(path), field },
+        _ => Words { mistake, root, section: section_of(path), field: field_of(path) },
+    };
     let (what, why, try_) = match kind {
         MistakeKind::UnknownField(valid) => words.unknown_field(valid),
         MistakeKind::UnknownWord(valid) => (
             format!("{} is {node}", words.named()),
             match nearest(&text_of(node), valid) {
-                Some(near) => format!("it can be {}; the nearest is `{near}`", list(valid)),
-                None => format!("it can be {}", list(valid)),
+                Some(near) if valid.len() > 1 => format!("it can be {}; the nearest is `{near}`", list(valid)),
+                _ => format!("it can be {}", list(valid)),
             },
             words.assign(words.field, &format!("{:?}", nearest(&text_of(node), valid).unwrap_or(valid[0]))),
         ),
         MistakeKind::WrongType(wanted) => (
             format!("{} is {}: {node}", words.named(), node.kind()),
-            format!(
-                "{}{} is needed",
-                in_words(wanted),
-                unit_of(words.field).map_or(String::new(), |u| format!(" in {u}"))
-            ),
+            format!("{} is needed", needed(wanted, words.field, node)),
             words.example(words.field),
         ),
         MistakeKind::Missing(field) => {
@@ -68,8 +67,7 @@ struct Words<'a> {
 impl Words<'_> {
     fn unknown_field(&self, valid: &[&str]) -> (String, String, String) {
         let Mistake { node, path, .. } = self.mistake;
-        let is_section = matches!(node.value, Value::Table(_))
-            || !node.elements().is_empty() && node.elements().iter().all(|e| matches!(e.value, Value::Table(_)));
+        let is_section = matches!(node.value, Value::Table(_)) || is_list_of_tables(node);
         let kind = self.mistake.place.source.kind;
         let what = match self.root {
             Root::Where { stage } => {
@@ -77,6 +75,7 @@ impl Words<'_> {
             }
             _ if kind == SourceKind::Pipeline => format!("unknown option `{}` of {}", self.field, self.place_name()),
             _ if is_section && !path.contains('.') => format!("unknown section [{path}]"),
+            _ if self.section.is_empty() => format!("unknown field `{}` outside any section", self.field),
             _ => format!("unknown field `{}` in {}", self.field, self.place_name()),
         };
         let no_such = match self.root {
@@ -87,7 +86,7 @@ impl Words<'_> {
         };
         if let Some(near) = nearest(self.field, valid) {
             let remedy = match is_section {
-                true => format!("[{}]", join(&self.section, near)),
+                true => self.example(near),
                 // With another unit in its name the value means something else.
                 false if unit_of(self.field) != unit_of(near) => self.example(near),
                 false => self.assign(near, &self.quoted()),
@@ -147,31 +146,33 @@ impl Words<'_> {
     /// `field = value`, or the whole `--set`.
     fn assign(&self, field: &str, value: &str) -> String {
         match self.mistake.place.source.kind {
-            SourceKind::Set => format!("--set {}={value}", join(&self.section, field)),
+            // A word needs no quotes there, and a shell would take them away.
+            SourceKind::Set => format!("--set {}={}", join(&self.section, field), value.trim_matches('"')),
             _ => format!("{field} = {value}"),
         }
     }
 
-    /// An assignment of the default, or of an example where the setting is off by default.
+    /// An assignment of the default, or of an example where the setting is off by default; the head of a section.
     fn example(&self, field: &str) -> String {
-        let example = match self.root {
-            Root::Config { reference } => {
-                let path = join(&self.section, field);
-                let listed = format!("{}[0].{field}", self.section);
-                reference.find(&path).or_else(|| reference.find(&listed)).map(|node| node.place.raw().to_owned())
-            }
-            Root::Where { .. } => Some(match unit_of(field) {
-                Some(_) => "1.0".to_owned(),
-                None if field == "gait" => "\"walk\"".to_owned(),
-                None if field.starts_with("min_") => "0.8".to_owned(),
-                None => "\"cmu\"".to_owned(),
-            }),
+        let reference = match self.root {
+            Root::Config { reference } => reference,
+            Root::Where { .. } => return self.assign(field, example_condition(field)),
         };
-        match example {
-            Some(value) if !value.starts_with('[') || value.starts_with("[[") || value.contains(']') => {
-                self.assign(field, &value)
-            }
-            _ => "see configs/default.toml".to_owned(),
+        let path = join(&self.section, field);
+        let listed = format!("{}[0].{field}", self.section);
+        let Some(node) = reference.find(&path).or_else(|| reference.find(&listed)) else {
+            return "see configs/default.toml".to_owned();
+        };
+        let is_set = self.mistake.place.source.kind == SourceKind::Set;
+        match &node.value {
+            Value::Table(entries) if is_set => match entries.first() {
+                Some(first) => format!("--set {path}.{}={}", first.key, first.node.place.raw()),
+                None => format!("put [{path}] into a config"),
+            },
+            Value::Table(_) => format!("[{path}]"),
+            Value::List(_) if is_list_of_tables(node) && is_set => format!("put [[{path}]] into a config"),
+            Value::List(_) if is_list_of_tables(node) => format!("[[{path}]]"),
+            _ => self.assign(field, node.place.raw()),
         }
     }
 
@@ -186,6 +187,22 @@ impl Words<'_> {
             false => raw.to_owned(),
         }
     }
+}
+
+/// A value for a condition of a `where`.
+fn example_condition(field: &str) -> &'static str {
+    match field {
+        "gait" => "\"walk\"",
+        "format" => "\"bvh\"",
+        "min_gait_confidence" => "0.8",
+        _ if unit_of(field).is_some() => "1.0",
+        _ => "\"cmu\"",
+    }
+}
+
+fn is_list_of_tables(node: &Node) -> bool {
+    let elements = node.elements();
+    !elements.is_empty() && elements.iter().all(|element| matches!(element.value, Value::Table(_)))
 }
 
 fn sections_with(node: &Node, field: &str, path: &str, homes: &mut Vec<String>) {
@@ -206,7 +223,11 @@ fn join(section: &str, field: &str) -> String {
 
 fn section_of(path: &str) -> String {
     let section = path.rsplit_once('.').map_or("", |(section, _)| section);
-    section.split('.').map(|part| part.split('[').next().unwrap_or(part)).collect::<Vec<_>>().join(".")
+    without_indices(section)
+}
+
+fn without_indices(path: &str) -> String {
+    path.split('.').map(|part| part.split('[').next().unwrap_or(part)).collect::<Vec<_>>().join(".")
 }
 
 fn field_of(path: &str) -> &str {
@@ -237,6 +258,17 @@ fn unit_of(field: &str) -> Option<&'static str> {
         "cycles" => "cycles",
         _ => return None,
     })
+}
+
+fn needed(wanted: &str, field: &str, node: &Node) -> String {
+    let words = in_words(wanted);
+    match (&node.value, unit_of(field)) {
+        (Value::Integer(number), _) if *number > 0 && words.starts_with("a whole number") => {
+            "a smaller whole number".to_owned()
+        }
+        (_, Some(unit)) if words.contains("number") => format!("{words} in {unit}"),
+        _ => words,
+    }
 }
 
 /// Serde's word for a type as a user would say it.

@@ -28,6 +28,8 @@ pub(crate) struct Pipeline {
     /// The options as sections of a config.
     pub(crate) options: Node,
     pub(crate) errors: Vec<PlanError>,
+    /// A stage could not be read, so none can be called missing.
+    unread: bool,
 }
 
 /// Reads a pipeline's tree.
@@ -38,6 +40,7 @@ pub(crate) fn read_pipeline(root: &Node) -> Pipeline {
         places: Vec::new(),
         options: Node::empty(&root.place.source),
         errors: Vec::new(),
+        unread: false,
     };
     for entry in root.entries() {
         match (entry.key.as_str(), &entry.node.value) {
@@ -67,7 +70,6 @@ pub(crate) fn read_pipeline(root: &Node) -> Pipeline {
         );
     }
     pipeline.check_flow();
-    pipeline.errors.sort_by_key(|error| (error.line, error.column));
     pipeline
 }
 
@@ -89,27 +91,13 @@ impl Pipeline {
 
     fn stage(&mut self, node: &Node) {
         let Value::Table(entries) = &node.value else {
+            self.unread = true;
             let what = format!("a stage is {}: {node}", node.kind());
             return self.wrong(&node.place, what, "a stage is a table", "[[stage]] use = \"ingest\"".to_owned());
         };
-        let stage = match node.get("use") {
-            Some(Node { value: Value::Text(name), place }) => match Stage::from_name(name) {
-                Some(stage) => stage,
-                None => return self.unknown_stage(place, name),
-            },
-            Some(other) => {
-                let what = format!("`use` is {}: {other}", other.kind());
-                return self.wrong(&other.place, what, "a stage is called by its name", "use = \"ingest\"".to_owned());
-            }
-            None => {
-                let why = format!("`use` says which stage it is: {}", list(&Stage::NAMES));
-                return self.wrong(
-                    &node.place,
-                    "a stage without `use`".to_owned(),
-                    &why,
-                    "use = \"ingest\"".to_owned(),
-                );
-            }
+        let Some(stage) = self.used(node) else {
+            self.unread = true;
+            return;
         };
         if self.stages.iter().any(|other| other.stage == stage) {
             let name = stage.name();
@@ -124,6 +112,30 @@ impl Pipeline {
         self.options(stage, entries);
         self.stages.push(PlannedStage { stage, filter });
         self.places.push(node.place.clone());
+    }
+
+    /// The stage that `use` names.
+    fn used(&mut self, node: &Node) -> Option<Stage> {
+        let try_ = "use = \"ingest\"".to_owned();
+        match node.get("use") {
+            Some(Node { value: Value::Text(name), place }) => {
+                let stage = Stage::from_name(name);
+                if stage.is_none() {
+                    self.unknown_stage(place, name);
+                }
+                stage
+            }
+            Some(other) => {
+                let what = format!("`use` is {}: {other}", other.kind());
+                self.wrong(&other.place, what, "a stage is called by its name", try_);
+                None
+            }
+            None => {
+                let why = format!("`use` says which stage it is: {}", list(&Stage::NAMES));
+                self.wrong(&node.place, "a stage without `use`".to_owned(), &why, try_);
+                None
+            }
+        }
     }
 
     fn unknown_stage(&mut self, place: &Place, name: &str) {
@@ -214,6 +226,7 @@ impl Pipeline {
             }
             if let Some(need) = stage.needs_below()
                 && self.position(need.stage).is_none()
+                && !self.unread
             {
                 let (name, below) = (stage.name(), need.stage.name());
                 self.wrong(
@@ -238,6 +251,7 @@ impl Pipeline {
                 &why,
                 format!("move [[stage]] use = \"{name}\" below use = \"{above}\""),
             ),
+            None if self.unread => {}
             None => self.wrong(
                 &place,
                 format!("`{name}` without `{above}`"),

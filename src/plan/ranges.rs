@@ -1,7 +1,7 @@
 //! What the numbers and names of a config may be, beyond their types.
 
 use super::config::Config;
-use super::document::{Node, Place, Value};
+use super::document::{Node, Value};
 use super::error::PlanError;
 use super::mistakes::out_of_range;
 use serde_json::Value as Json;
@@ -144,24 +144,26 @@ pub(crate) fn outside(ranges: &'static [Range], values: &Json) -> Vec<(String, S
     found
 }
 
-/// All that is wrong with the values of a config.
-pub(crate) fn check(config: &Config, root: &Node, reference: &Node) -> Vec<PlanError> {
+/// All that is wrong with the values of a config, as far as it could be read: of lists that elements were left
+/// out of (`shortened`, by path) nothing is said, since their elements have moved.
+pub(crate) fn check(config: &Config, root: &Node, shortened: &[&str], reference: &Node) -> Vec<PlanError> {
     let values = serde_json::to_value(config).expect("plain fields always make JSON");
     let mut wrong = outside(RANGES, &values);
     not_finite(root, String::new(), &mut wrong);
     wrong.extend(wrong_names(config));
     wrong.extend(wrong_together(config));
-    let mut errors: Vec<(Place, PlanError)> = wrong
+    let has_moved =
+        |path: &str| shortened.iter().any(|list| path.strip_prefix(list).is_some_and(|rest| rest.starts_with('[')));
+    wrong
         .into_iter()
+        .filter(|(path, _)| !has_moved(path))
         .filter_map(|(path, why)| {
             // A value that is a default by itself stands nowhere; its section does.
             let section = path.rsplit_once('.').map_or("", |(section, _)| section);
             let (path, node) = [path.as_str(), section].into_iter().find_map(|path| Some((path, root.find(path)?)))?;
-            Some((node.place.clone(), out_of_range(node, path, why, reference)))
+            Some(out_of_range(node, path, why, reference))
         })
-        .collect();
-    errors.sort_by_key(|(place, _)| place.at());
-    errors.into_iter().map(|(_, error)| error).collect()
+        .collect()
 }
 
 /// TOML knows `nan` and `inf`; no setting does.
@@ -215,7 +217,7 @@ fn wrong_together(config: &Config) -> Vec<(String, String)> {
     for (index, threshold) in thresholds.iter().enumerate() {
         let path = format!("graph.thresholds_m2[{index}]");
         let most = config.cluster.t_max_m2;
-        if *threshold > most {
+        if most > 0.0 && *threshold > most {
             wrong.push((path, format!("the tree stops at `t_max_m2` = {most} in [cluster], so it can't be cut above")));
         } else if thresholds[..index].contains(threshold) {
             wrong.push((path, "one graph for each threshold, so each stands once".to_owned()));
@@ -241,5 +243,44 @@ fn each(values: &Json, pattern: &str, path: String, call: &mut impl FnMut(String
     if let Some(value) = values.get(key) {
         let dot = if path.is_empty() { "" } else { "." };
         each(value, rest, format!("{path}{dot}{key}"), call);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    #![expect(clippy::unwrap_used, reason = "tests")]
+    use super::super::document::parse;
+    use super::super::shipped::reference;
+    use super::*;
+
+    /// Paths of all numbers of a tree, with `[]` for indices.
+    fn numbers(node: &Node, path: &str, found: &mut Vec<String>) {
+        match &node.value {
+            Value::Integer(_) | Value::Float(_) => found.push(path.to_owned()),
+            Value::List(nodes) => nodes.iter().for_each(|node| numbers(node, &format!("{path}[]"), found)),
+            _ => {
+                for entry in node.entries() {
+                    let dot = if path.is_empty() { "" } else { "." };
+                    numbers(&entry.node, &format!("{path}{dot}{}", entry.key), found);
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn every_number_has_a_range_and_every_range_a_number() {
+        let (mut all, mut ranged) = (Vec::new(), Vec::new());
+        numbers(&parse(&reference()).unwrap(), "", &mut all);
+        ranged.extend(RANGES.iter().map(|range| range.path.to_owned()));
+        all.sort();
+        ranged.sort();
+        assert_eq!(all, ranged);
+    }
+
+    #[test]
+    fn bounds_are_open_below_where_they_say_above() {
+        assert!(!above("x", 0.0, 1.0, "").holds(0.0) && above("x", 0.0, 1.0, "").holds(1.0));
+        assert!(from("x", 0.0, 1.0, "").holds(0.0) && !from("x", 0.0, 1.0, "").holds(1.1));
+        assert!(!from("x", 0.0, 1.0, "").holds(f64::NAN));
     }
 }

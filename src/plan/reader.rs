@@ -180,9 +180,22 @@ impl<'de> de::Deserializer<'de> for Cursor<'_> {
         read.map_err(|error| Error::Placed(error.at(&self)))
     }
 
+    /// A list is no section, though serde would take its elements for fields.
+    fn deserialize_struct<V: Visitor<'de>>(
+        self,
+        name: &'static str,
+        _: &'static [&'static str],
+        visitor: V,
+    ) -> Result<V::Value, Error> {
+        match self.node.value {
+            Value::Table(_) => self.deserialize_any(visitor),
+            _ => Err(Error::Placed(Error::Bare(MistakeKind::WrongType(format!("struct {name}"))).at(&self))),
+        }
+    }
+
     serde::forward_to_deserialize_any! {
         bool i8 i16 i32 i64 i128 u8 u16 u32 u64 u128 f32 f64 char str string bytes byte_buf unit unit_struct
-        seq tuple tuple_struct map struct identifier ignored_any
+        seq tuple tuple_struct map identifier ignored_any
     }
 }
 
