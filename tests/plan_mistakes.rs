@@ -372,7 +372,7 @@ error: mine.toml:12:7: `use` is a whole number: 3
 fn options_of_a_stage_are_checked_as_the_fields_of_its_section() {
     pipeline_says(
         "[[stage]]\nuse = \"ingest\"\n[[stage]]\nuse = \"contacts\"\ndetectr = 'thesis'\n[[stage]]\nuse = \"gait\"\nmachine = 1\n\
-         [[stage]]\nuse = \"recipes\"\nselect = 'many'\nmax_rule_share = 2\n",
+         [[stage]]\nuse = \"recipes\"\nselect = 'many'\narm_groups = 0\n",
         "
 error: mine.toml:5:1: unknown option `detectr` of stage `contacts`
   why: no such option; the nearest is `detector`
@@ -383,9 +383,9 @@ error: mine.toml:8:1: unknown option `machine` of stage `gait`
 error: mine.toml:11:10: `select` in stage `recipes` is text: \"many\"
   why: a whole number, not below 0, is needed
   try: select = 200
-error: mine.toml:12:18: `max_rule_share` in stage `recipes` is 2
-  why: it must be above 0 and at most 1: it is a share
-  try: max_rule_share = 0.3
+error: mine.toml:12:14: `arm_groups` in stage `recipes` is 0
+  why: it must be at least 1: every clip is in a group
+  try: arm_groups = 60
 ",
     );
 }

@@ -104,11 +104,13 @@ pub struct GraphSettings {
 #[serde(default, deny_unknown_fields)]
 pub struct RecipeSettings {
     /// How many are selected of all that are possible, count.
-    pub select: u32,
+    pub select: usize,
     /// Seed of whatever is random in them.
     pub seed: u64,
-    /// Largest share of one composition rule among them, 0..1; stand donors would take 85 %.
-    pub max_rule_share: f64,
+    /// Groups of clips by their legs, at most, count.
+    pub leg_groups: usize,
+    /// Groups of clips by their arms, at most, count.
+    pub arm_groups: usize,
 }
 
 /// How donors are placed and blended (GRAFTS 3).
@@ -248,7 +250,7 @@ impl Default for GraphSettings {
 
 impl Default for RecipeSettings {
     fn default() -> Self {
-        RecipeSettings { select: 200, seed: 1, max_rule_share: 0.3 }
+        RecipeSettings { select: 200, seed: 1, leg_groups: 25, arm_groups: 60 }
     }
 }
 
