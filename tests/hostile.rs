@@ -87,9 +87,16 @@ fn apply(bytes: &mut Vec<u8>, damage: &Damage) {
     }
 }
 
-/// Small files of both formats: the quirks, and the first frames of real clips (text, skeleton of an AMC).
-fn originals() -> &'static [(String, Vec<u8>, Option<Vec<u8>>)] {
-    static FILES: OnceLock<Vec<(String, Vec<u8>, Option<Vec<u8>>)>> = OnceLock::new();
+/// A file to damage.
+struct Original {
+    text: Vec<u8>,
+    /// The ASF text of an AMC file.
+    skeleton: Option<Vec<u8>>,
+}
+
+/// Small files of both formats: the quirks, and the first frames of real clips.
+fn originals() -> &'static [Original] {
+    static FILES: OnceLock<Vec<Original>> = OnceLock::new();
     FILES.get_or_init(|| {
         let (Some(shared), Some(data)) = (shared(), captures()) else { return Vec::new() };
         let head = |path: PathBuf, most: usize| {
@@ -104,24 +111,22 @@ fn originals() -> &'static [(String, Vec<u8>, Option<Vec<u8>>)] {
             bytes
         };
         let quirks = shared.join("data/quirks");
-        let mut files = Vec::new();
-        for name in
-            ["base", "number-forms", "line-ends-mixed", "rows-wrapped", "two-roots", "names-odd", "trailing-garbage"]
-        {
-            files.push((name.to_owned(), head(quirks.join(format!("{name}.bvh")), 1 << 20), None));
-        }
-        for name in ["acclaim-base", "asf-dof-length-and-translation", "amc-exponents", "acclaim-crlf-tabs"] {
-            let asf = head(quirks.join(format!("{name}.asf")), 1 << 20);
-            files.push((name.to_owned(), head(quirks.join(format!("{name}.amc")), 1 << 20), Some(asf)));
-        }
-        files.push((
-            "bandai".to_owned(),
-            head(data.join("bandai-namco/dataset-1/dataset-1_bow_happy_001.bvh"), 12_000),
-            None,
-        ));
-        files.push(("12_01".to_owned(), head(data.join("extra/cmu-bvh/12_01.bvh"), 12_000), None));
-        let asf = head(data.join("cmu/02/02.asf"), 1 << 20);
-        files.push(("02_01".to_owned(), head(data.join("cmu/02/02_01.amc"), 8_000), Some(asf)));
+        let bvh = |path: PathBuf| Original { text: head(path, 12_000), skeleton: None };
+        let amc = |path: PathBuf, skeleton: PathBuf| Original {
+            text: head(path, 12_000),
+            skeleton: Some(head(skeleton, usize::MAX)),
+        };
+        let mut files = vec![
+            bvh(data.join("bandai-namco/dataset-1/dataset-1_bow_happy_001.bvh")),
+            bvh(data.join("extra/cmu-bvh/12_01.bvh")),
+            amc(data.join("cmu/02/02_01.amc"), data.join("cmu/02/02.asf")),
+        ];
+        let names =
+            ["base", "number-forms", "line-ends-mixed", "rows-wrapped", "two-roots", "names-odd", "trailing-garbage"];
+        files.extend(names.map(|name| bvh(quirks.join(format!("{name}.bvh")))));
+        let names = ["acclaim-base", "asf-dof-length-and-translation", "amc-exponents", "acclaim-crlf-tabs"];
+        let quirk = |name: &str, extension: &str| quirks.join(format!("{name}.{extension}"));
+        files.extend(names.map(|name| amc(quirk(name, "amc"), quirk(name, "asf"))));
         files
     })
 }
@@ -186,7 +191,7 @@ proptest! {
         if files.is_empty() {
             return Ok(());
         }
-        let (_, text, skeleton) = &files[which.index(files.len())];
+        let Original { text, skeleton } = &files[which.index(files.len())];
         let (mut text, mut skeleton) = (text.clone(), skeleton.clone());
         for damage in &damages {
             apply(if in_skeleton { skeleton.as_mut().unwrap_or(&mut text) } else { &mut text }, damage);

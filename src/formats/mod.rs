@@ -5,6 +5,17 @@
 //! says where and why. Input is hostile: nothing here panics, recurses, or allocates by a number that has not
 //! been checked against the bytes that are there. A [`Motion`] holds the nearest `f32` of every number, which
 //! [`write_bvh`] and [`write_amc`] print so that they read back bit for bit.
+//!
+//! ```
+//! use motionmill::formats::{ReadOptions, read_bvh};
+//!
+//! let text = "HIERARCHY\nROOT Hips\n{\nOFFSET 0 0 0\nCHANNELS 1 Yposition\n}\n\
+//!     MOTION\nFrames: 3\nFrame Time: .05\n91.5\n92\n";
+//! let reading = read_bvh(text.as_bytes(), &ReadOptions::default())?;
+//! assert_eq!(reading.value.channels, [91.5, 92.0]);
+//! assert_eq!(reading.notices()[0].message, "`Frames: 3`, but 2 rows follow; the rows are used");
+//! # Ok::<(), motionmill::formats::Finding>(())
+//! ```
 
 pub mod acclaim;
 pub mod bvh;

@@ -379,3 +379,64 @@ fn frame_number(word: &[u8]) -> Option<i64> {
     let size = digits.iter().fold(0, |sum: i64, &byte| sum.saturating_mul(10).saturating_add(i64::from(byte - b'0')));
     Some(if negative { -size } else { size })
 }
+
+#[cfg(test)]
+mod tests {
+    #![expect(clippy::unwrap_used, reason = "tests")]
+    use super::*;
+    use crate::formats::read_asf;
+
+    /// A root with two channels, `b` with one below `c` with two; `:bonedata` has the child first.
+    const ASF: &str = ":units\nlength 1\n:root\norder TX RZ\n:bonedata\nbegin\nname b\ndirection 1 0 0\nlength 1\n\
+        dof ry\nend\nbegin\nname c\ndirection 1 0 0\nlength 1\ndof rz l\nend\n:hierarchy\nc b\nroot c\n";
+
+    fn read(amc: &str) -> Result<Reading<Motion>, Finding> {
+        let asf = read_asf(ASF.as_bytes(), &ReadOptions::default()).unwrap().value;
+        read_amc(format!(":DEGREES\n{amc}").as_bytes(), &asf, &ReadOptions::default())
+    }
+
+    #[test]
+    fn numbers_go_where_their_joint_is() {
+        let motion = read("5\nb 3\nroot 1 2\nc 4 5\n6\nc 40 50 # later\nroot 10 20\nb 30\n").unwrap();
+        assert_eq!(motion.findings, []);
+        let motion = motion.value;
+        let names: Vec<&str> = motion.skeleton.joints.iter().map(|joint| joint.name.as_str()).collect();
+        assert_eq!(names, ["root", "c", "b"], "parents first");
+        assert_eq!(motion.channels, [1.0, 2.0, 4.0, 5.0, 3.0, 10.0, 20.0, 40.0, 50.0, 30.0]);
+        assert_eq!((motion.first_frame_number, motion.frame_time_s), (5, None));
+    }
+
+    #[test]
+    fn absent_lines_keep_the_value_before() {
+        let reading = read("1\nroot 1 2\nc 4 5\nb 3\n2\nroot 1 2\n3\nc 7 8\nroot 1 2\n").unwrap();
+        assert_eq!(reading.value.channels[7..], [4.0, 5.0, 3.0, 1.0, 2.0, 7.0, 8.0, 3.0]);
+        let [finding] = reading.findings.as_slice() else { panic!("{:?}", reading.findings) };
+        assert_eq!((finding.kind(), finding.line, finding.frame, finding.count), ("bone-line-absent", 6, Some(1), 3));
+        assert_eq!(finding.notice().message, "frame 2 has no line for `c`, `b`");
+    }
+
+    #[test]
+    fn what_has_no_meaning_is_refused() {
+        for (amc, kind, line) in [
+            ("root 1 2\n", "before-first-frame", 2),
+            ("1\nroot 1\n", "bone-values", 3),
+            ("1\nroot 1 2 3\n", "bone-values", 3),
+            ("1\nroot 1 x\n", "number-malformed", 3),
+            ("1\nroot 1 1e999\n", "number-too-large", 3),
+            ("1\nroot 1 2\nroot 1 2\n", "bone-line-twice", 4),
+            ("1\nx 1 2 1 2 1 2 1 2\n", "skeleton-mismatch", 3),
+            (":radians\n1\nroot 1 2\n", "angle-unit-twice", 2),
+            // 27 bytes hold no more than five frames of five numbers.
+            ("1\n2\n3\n4\n5\n6\n7\n8\n9\n", "bone-lines-mostly-absent", 7),
+        ] {
+            let fault = read(amc).unwrap_err();
+            assert_eq!((fault.kind(), fault.line), (kind, line), "{amc}: {fault}");
+        }
+    }
+
+    #[test]
+    fn a_rate_is_taken_where_there_is_one() {
+        let motion = read(":SAMPLES-PER-SECOND 60\n1\nroot 1 2\nc 4 5\nb 3\n").unwrap().value;
+        assert_eq!(motion.frame_time_s, Some(1.0 / 60.0));
+    }
+}

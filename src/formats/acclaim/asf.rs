@@ -364,3 +364,64 @@ fn dof(words: &[&[u8]], bone: &str, line: u32) -> Result<Vec<Channel>, Finding> 
         })
         .collect()
 }
+
+#[cfg(test)]
+mod tests {
+    #![expect(clippy::unwrap_used, reason = "tests")]
+    use super::*;
+
+    fn bone(name: &str, more: &str) -> String {
+        format!("begin\nname {name}\ndirection 0 1 0\nlength 2\n{more}\nend\n")
+    }
+
+    fn read(text: &str) -> Result<Reading<AsfSkeleton>, Finding> {
+        read_asf(text.as_bytes(), &ReadOptions::default())
+    }
+
+    #[test]
+    fn bones_are_numbered_in_the_earliest_order_with_parents_first() {
+        let bones: String = ["d", "a", "c", "b"].map(|name| bone(name, "")).concat();
+        let reading = read(&format!(":bonedata\n{bones}:hierarchy\nbegin\na d\nb c\nroot b a\nend\n")).unwrap();
+        let joints = &reading.value.skeleton.joints;
+        let names: Vec<&str> = joints.iter().map(|joint| joint.name.as_str()).collect();
+        assert_eq!(names, ["root", "a", "d", "b", "c"]);
+        let parents: Vec<Option<usize>> = joints.iter().map(|joint| joint.parent).collect();
+        assert_eq!(parents, [None, Some(0), Some(1), Some(0), Some(3)]);
+        assert_eq!((joints[2].offset, joints[1].offset), (DVec3::new(0.0, 2.0, 0.0), DVec3::ZERO));
+        assert_eq!((joints[2].end, joints[1].end), (Some(DVec3::new(0.0, 2.0, 0.0)), None));
+    }
+
+    #[test]
+    fn radians_become_degrees() {
+        let text =
+            format!(":units\nangle RADIANS\n:bonedata\n{}:hierarchy\nroot a\n", bone("a", "axis 0.5 0 -1 z y x"));
+        let skeleton = read(&text).unwrap().value.skeleton;
+        let axis = skeleton.joints[1].axis.unwrap();
+        assert_eq!((axis.degrees[0], axis.order), (0.5_f64.to_degrees(), [Axis::Z, Axis::Y, Axis::X]));
+        assert_eq!(skeleton.angle_unit, AngleUnit::Radians);
+    }
+
+    #[test]
+    fn what_has_no_meaning_is_refused() {
+        let two = format!("{}{}", bone("a", ""), bone("b", ""));
+        for (text, kind) in [
+            (String::new(), "empty-file"),
+            ("hello\n".to_owned(), "unexpected-word"),
+            (":bonedata\n".to_owned(), "no-hierarchy"),
+            (":units\nlength 0\n".to_owned(), "unit-unusable"),
+            (":units\nangle turns\n".to_owned(), "unit-unusable"),
+            (":root\norder TX TQ\n".to_owned(), "dof-unknown"),
+            (":root\naxis XXZ\n".to_owned(), "axis-letters"),
+            (":root\nposition 0 0\n".to_owned(), "number-malformed"),
+            (format!(":bonedata\n{}", bone("root", "")), "bone-twice"),
+            (":bonedata\nbegin\nname a\nbegin\n".to_owned(), "unexpected-word"),
+            (":bonedata\nbegin\nname a\nlength 1\nend\n".to_owned(), "bone-incomplete"),
+            (":bonedata\nname a\n".to_owned(), "unexpected-word"),
+            (format!(":bonedata\n{two}:hierarchy\nroot a\nb b\n"), "hierarchy-loose"),
+            (format!(":bonedata\n{two}:hierarchy\nroot a a\n"), "two-parents"),
+            (format!(":bonedata\n{two}:hierarchy\nroot x\n"), "hierarchy-unknown-bone"),
+        ] {
+            assert_eq!(read(&text).unwrap_err().kind(), kind, "{text}");
+        }
+    }
+}

@@ -53,12 +53,12 @@ pub fn acclaim_to_bvh(skeleton: &Skeleton, channels: &[f32]) -> Result<(Skeleton
         .collect();
     let mut made = Vec::with_capacity(channels.len().checked_div(width).unwrap_or(0) * target.n_channels());
     for frame in channels.chunks_exact(width.max(1)) {
-        for at in 0..parts.len() {
-            if parts[at].has_positions {
-                let position = position(skeleton, &stretch_of, &parts[at], frame);
+        for part in &mut parts {
+            if part.has_positions {
+                let position = position(skeleton, &stretch_of, part, frame);
                 made.extend(position.to_array().map(|value| value as f32));
             }
-            made.extend(parts[at].angles(frame, to_radians, skeleton.angle_unit));
+            made.extend(part.angles(frame, to_radians, skeleton.angle_unit));
         }
     }
     Ok((target, made))

@@ -206,3 +206,65 @@ fn skip_space(bytes: &[u8], mut at: usize) -> usize {
     }
     at
 }
+
+#[cfg(test)]
+mod tests {
+    #![expect(clippy::unwrap_used, reason = "tests")]
+    use crate::formats::{Deviation, Finding, Motion, ReadOptions, read_bvh};
+
+    /// Four channels, `said` frames, these rows.
+    fn read(said: usize, rows: &str) -> Result<(Motion, Vec<Finding>), Finding> {
+        let text = format!(
+            "HIERARCHY\nROOT a\n{{\nOFFSET 0 0 0\nCHANNELS 4 Xposition Zrotation Xrotation Yrotation\n}}\nMOTION\n\
+             Frames: {said}\nFrame Time: 1\n{rows}"
+        );
+        read_bvh(text.as_bytes(), &ReadOptions::default()).map(|reading| (reading.value, reading.findings))
+    }
+
+    /// The line within the rows, from 1, and the count found there.
+    fn width_fault(said: usize, rows: &str) -> (u32, usize) {
+        let fault = read(said, rows).unwrap_err();
+        let Deviation::RowWidth { expected: 4, found } = fault.what else { panic!("{fault}") };
+        (fault.line - 9, found)
+    }
+
+    #[test]
+    fn frames_broken_alike_are_read() {
+        for rows in ["1 2\n3 4\n5 6\n7 8\n", "1\n2 3 4\n\n5\n6 7 8", "1 2 3\n4\n5 6 7\n8\nthe end\n"] {
+            let (motion, findings) = read(2, rows).unwrap();
+            assert_eq!(motion.channels, [1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 7.0, 8.0]);
+            assert_eq!(findings.len(), usize::from(rows.ends_with("end\n")));
+        }
+    }
+
+    #[test]
+    fn a_row_of_another_length_is_named() {
+        assert_eq!(width_fault(3, "1 2 3 4\n5 6 7\n1 2 3 4\n"), (2, 3));
+        assert_eq!(width_fault(3, "1 2 3\n1 2 3 4\n1 2 3 4\n"), (1, 3));
+        assert_eq!(width_fault(2, "1 2\n3 4\n5 6 7\n8\n"), (1, 2));
+        assert_eq!(width_fault(3, "1 2\n3 4\n5 6\n7 8\n5 6 7\n8\n"), (5, 3));
+        // Half as many frames as promised: more likely half as many channels.
+        assert_eq!(width_fault(4, "1 2\n3 4\n5 6\n7 8\n"), (1, 2));
+        assert_eq!(width_fault(1, "1 2 3 4 5\n"), (1, 5));
+    }
+
+    #[test]
+    fn a_bad_number_is_named_with_its_channel() {
+        for (row, found) in [("1 2 nan 4", "nan"), ("1 2 1e39 4", "1e39"), ("1 2 3,5 4", "3,5"), ("1 2 - 4", "-")] {
+            let fault = read(1, row).unwrap_err();
+            assert_eq!((fault.line, fault.frame), (10, Some(0)));
+            let place = "column 3 (`a.Xrotation`)".to_owned();
+            assert!(
+                matches!(&fault.what, Deviation::BadNumber { place: p, found: f, .. } if *p == place && f == found),
+                "{fault}"
+            );
+        }
+    }
+
+    #[test]
+    fn rounding_is_measured() {
+        let (motion, _) = read(1, "0.1 16777217 0.5 2").unwrap();
+        assert_eq!(motion.max_rounding, 1.0);
+        assert_eq!(motion.channels, [0.1, 16777216.0, 0.5, 2.0]);
+    }
+}
