@@ -19,3 +19,4 @@ mod plan_hostile;
 mod plan_mistakes;
 mod plans;
 mod shared_data;
+mod tree;

@@ -35,7 +35,9 @@ pub(super) fn merges(vectors: &[Vector], t_max_m2: f64) -> Vec<Merge> {
         }
         for gone in [high, low] {
             rows.remove(gone);
-            rows[gone..].iter_mut().for_each(|row| drop(row.remove(gone)));
+            for row in &mut rows[gone..] {
+                row.remove(gone);
+            }
         }
         let b = live.remove(high);
         let a = live.remove(low);

@@ -1,31 +1,26 @@
 //! Which native frames each sample stands for (DESIGN 3).
 
 use crate::annotate::PlantState;
+use crate::annotate::samples::sample_of_frame;
 use std::ops::Range;
 
 /// The native frames of each sample: a frame belongs to the nearest sample of its own plant-state run, the earlier
-/// one if two are as near.
+/// one if two are as near ([`sample_of_frame`]).
 ///
 /// # Shapes and units
 /// `states`: one entry a native frame. `samples`: native frames, ascending, within the clip; a sample that is not has
-/// an empty range. The ranges are half-open, ascending, and together cover every run that has a sample.
+/// an empty range. The ranges are half-open, ascending, and together cover the clip if there is a sample.
 pub fn frame_ranges(states: &[Option<PlantState>], samples: &[u32]) -> Vec<Range<u32>> {
+    let samples_of_frames = sample_of_frame(samples, states);
     let mut ranges = Vec::with_capacity(samples.len());
-    let mut run_first = 0;
-    let mut rest = samples;
-    for run in states.chunk_by(|a, b| a == b) {
-        let run_end = run_first + run.len() as u32;
-        let (here, after) = rest.split_at(rest.partition_point(|&sample| sample < run_end));
-        let mut first = run_first;
-        for (at, &sample) in here.iter().enumerate() {
-            let end = here.get(at + 1).map_or(run_end, |next| sample + (next - sample) / 2 + 1);
-            ranges.push(first..end);
-            first = end;
+    let mut end = 0;
+    for sample in 0..samples.len() as u32 {
+        let first = end;
+        while samples_of_frames.get(end as usize).is_some_and(|&of_frame| of_frame <= sample) {
+            end += 1;
         }
-        rest = after;
-        run_first = run_end;
+        ranges.push(first..end);
     }
-    ranges.extend(rest.iter().map(|_| run_first..run_first));
     ranges
 }
 

@@ -6,7 +6,7 @@
 use super::tables::{Edge, Sequence};
 use std::ops::Range;
 
-/// A sample of a clip with the native frames that it stands for ([`frame_ranges`](super::frame_ranges)).
+/// A sample of a clip with the native frames that it stands for ([`frame_ranges`](super::frame_ranges())).
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct PlacedSample {
     /// Half-open.

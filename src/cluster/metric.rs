@@ -3,7 +3,7 @@
 //! E is a squared distance, so each weight is folded into the vector as its square root and rounded to f32
 //! once. From then on the rounded vectors are the data: whoever computes E from them, on whatever machine,
 //! gets the same bits. DESIGN 6 allows for a constant rotation R in front. It is the identity, because the
-//! only gain of another R is shorter searches, and [`search_basis`](super::search_basis) has that without
+//! only gain of another R is shorter searches, and `search_basis` has that without
 //! touching E.
 
 use super::ClusterError;
@@ -125,10 +125,13 @@ impl Metric {
             let acceleration = &frame[first + 6..first + 9];
             let length = acceleration.iter().map(|&a| f64::from(a) * f64::from(a)).sum::<f64>().sqrt();
             let shorten = if length > self.max_acceleration_mps2 { self.max_acceleration_mps2 / length } else { 1.0 };
-            for lane in first..first + 9 {
-                let value = f64::from(frame[lane]) * if lane >= first + 6 { shorten } else { 1.0 };
-                // Adding zero turns -0 into 0, so that equal vectors are equal bits.
-                vector.0[lane] = (self.scale[lane] * value) as f32 + 0.0;
+            for (kind, values) in frame[first..first + 9].chunks(3).enumerate() {
+                let shorten = if kind == 2 { shorten } else { 1.0 };
+                for (axis, &value) in values.iter().enumerate() {
+                    let lane = first + 3 * kind + axis;
+                    // Adding zero turns -0 into 0, so that equal vectors are equal bits.
+                    vector.0[lane] = (self.scale[lane] * (f64::from(value) * shorten)) as f32 + 0.0;
+                }
             }
         }
         vector

@@ -163,8 +163,7 @@ impl Ord for Offer {
 
 fn check_coordinates(vectors: &[Vector]) -> Result<(), ClusterError> {
     for (item, vector) in vectors.iter().enumerate() {
-        // Not a comparison that a NaN would pass.
-        if let Some(lane) = vector.0.iter().position(|x| !(x.abs() <= MAX_COORDINATE)) {
+        if let Some(lane) = vector.0.iter().position(|x| x.is_nan() || x.abs() > MAX_COORDINATE) {
             return Err(ClusterError::Coordinate { item, lane, value: vector.0[lane] });
         }
     }

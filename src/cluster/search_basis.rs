@@ -99,8 +99,9 @@ fn rotate(matrix: &mut [[f64; LANES]; LANES], directions: &mut [[f64; LANES]; LA
     for row in matrix.iter_mut().chain(directions.iter_mut()) {
         (row[p], row[q]) = turn(row[p], row[q]);
     }
-    for lane in 0..LANES {
-        (matrix[p][lane], matrix[q][lane]) = turn(matrix[p][lane], matrix[q][lane]);
+    let (upper, lower) = matrix.split_at_mut(q);
+    for (x, y) in upper[p].iter_mut().zip(&mut lower[0]) {
+        (*x, *y) = turn(*x, *y);
     }
 }
 
