@@ -1,1 +1,5 @@
-//! Drawings: strips of stick figures, plots.
+//! Drawings as SVG text: strips of stick figures.
+
+pub mod strip;
+
+pub use strip::{Layout, Strip, View, spread, strips};
