@@ -18,5 +18,6 @@ mod inputs;
 mod plan_hostile;
 mod plan_mistakes;
 mod plans;
+mod procedural;
 mod shared_data;
 mod tree;
