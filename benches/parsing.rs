@@ -96,7 +96,7 @@ fn write(file: &File) -> usize {
         Some(skeleton) => {
             let motion = read_amc(&file.bytes, skeleton, &ReadOptions::default()).unwrap().value;
             let started = Instant::now();
-            black_box(write_amc(&motion.skeleton, &motion.channels, 1).unwrap());
+            black_box(write_amc(&motion.skeleton, &motion.channels, None, 1).unwrap());
             started.elapsed().as_nanos() as usize
         }
     }

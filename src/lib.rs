@@ -22,9 +22,12 @@ pub mod procedural;
 pub mod cluster;
 pub mod synthesis;
 
-pub mod corpus;
-
 pub mod picture;
 
+pub mod corpus;
 pub mod inputs;
 pub mod plan;
+
+pub mod flow;
+
+pub mod cli;

@@ -165,7 +165,13 @@ fn read_any_amc(bytes: &[u8], skeleton: &AsfSkeleton) {
         Ok(reading) => {
             let motion = reading.value;
             check(&motion, bytes);
-            let text = write_amc(&motion.skeleton, &motion.channels, motion.first_frame_number).unwrap();
+            let text = write_amc(
+                &motion.skeleton,
+                &motion.channels,
+                motion.frame_time_s.map(f64::recip),
+                motion.first_frame_number,
+            )
+            .unwrap();
             if motion.n_frames > 0 && motion.skeleton.n_channels() > 0 {
                 let again = read_amc(&text, skeleton, &ReadOptions::default());
                 let again = again.unwrap_or_else(|fault| panic!("{fault}")).value;

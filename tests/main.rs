@@ -2,22 +2,21 @@
 #![expect(clippy::unwrap_used, reason = "tests")]
 
 mod bandai;
+mod captures;
 mod contacts;
 mod gaits;
 mod golden;
-mod captures;
-mod hostile;
 mod grafts;
-mod positions;
-mod quirks;
-mod round_trip;
-mod procedural;
+mod hostile;
+mod inputs;
 mod motion;
 mod plain_reader;
-mod inputs;
 mod plan_hostile;
 mod plan_mistakes;
 mod plans;
+mod positions;
 mod procedural;
+mod quirks;
+mod round_trip;
 mod shared_data;
 mod tree;

@@ -33,7 +33,9 @@ fn reread_amc(motion: &Motion, header: Option<&str>, unit_m: f64) -> Motion {
     let options = ReadOptions::default();
     let skeleton = read_asf(&write_asf(&motion.skeleton, header, unit_m).unwrap(), &options).unwrap();
     assert_eq!(skeleton.findings, []);
-    let text = write_amc(&motion.skeleton, &motion.channels, motion.first_frame_number).unwrap();
+    let text =
+        write_amc(&motion.skeleton, &motion.channels, motion.frame_time_s.map(f64::recip), motion.first_frame_number)
+            .unwrap();
     let reading = read_amc(&text, &skeleton.value, &options).unwrap();
     assert_eq!(reading.findings, []);
     reading.value
@@ -239,7 +241,7 @@ proptest! {
         let text = write_bvh(&skeleton, None, 0.1, &channels).unwrap();
         prop_assert_eq!(bits(&read_bvh(&text, &options).unwrap().value.channels), bits(&channels));
         let skeleton = read_asf(SMALL_ASF.as_bytes(), &options).unwrap().value;
-        let text = write_amc(&skeleton.skeleton, &channels, 1).unwrap();
+        let text = write_amc(&skeleton.skeleton, &channels, None, 1).unwrap();
         prop_assert_eq!(bits(&read_amc(&text, &skeleton, &options).unwrap().value.channels), bits(&channels));
     }
 }

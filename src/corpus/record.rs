@@ -6,6 +6,7 @@ use super::sealed::{seal, unseal};
 use super::store::Store;
 use super::tables::{ClipRow, FaultRow, SkeletonRow};
 use super::writer::FORMAT_VERSION;
+use crate::synthesis::Made;
 use serde::{Deserialize, Serialize};
 use std::path::Path;
 
@@ -72,6 +73,8 @@ pub struct ShardRecord {
     pub skeletons: Vec<SkeletonRow>,
     /// Rows of `faults`, in the order of the clips.
     pub faults: Vec<FaultRow>,
+    /// Rows of `made`, in the order of the recipes; rejected ones too.
+    pub made: Vec<Made>,
 }
 
 impl StageKeys {
@@ -108,6 +111,7 @@ impl ShardRecord {
             clips: Vec::new(),
             skeletons: Vec::new(),
             faults: Vec::new(),
+            made: Vec::new(),
         }
     }
 

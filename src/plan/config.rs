@@ -1,10 +1,11 @@
 //! All settings of a run, by section. `configs/default.toml` is their reference for users.
 
-use super::sections::{
-    ActionSettings, ClusterSettings, ContactSettings, GateSettings, GraftSettings, GraphSettings, Limits,
-    NeighborSettings, RecipeSettings,
-};
+use super::sections::{ClusterSettings, ContactSettings, GraphSettings, NeighborSettings};
+use crate::formats::ReadLimits;
 use crate::inputs::{ClipRule, InputRules, InputSettings, SourceRule};
+use crate::synthesis::judge::GateSettings;
+use crate::synthesis::selection::SelectionSettings;
+use crate::synthesis::{ActionSettings, GraftSettings};
 use serde::{Deserialize, Serialize};
 
 /// All settings, each with a default. One field a section of the TOML file.
@@ -20,7 +21,7 @@ pub struct Config {
     /// Rules by clip, over those of its folder.
     pub clip: Vec<ClipRule>,
     /// Sizes beyond which a file is refused.
-    pub limits: Limits,
+    pub limits: ReadLimits,
     /// How work is cut.
     pub shards: ShardSettings,
     /// What is written.
@@ -38,7 +39,7 @@ pub struct Config {
     /// Where the tree is cut.
     pub graph: GraphSettings,
     /// Which recipes are made, and how many.
-    pub recipes: RecipeSettings,
+    pub recipes: SelectionSettings,
     /// How donors are placed and blended.
     pub graft: GraftSettings,
     /// What counts as an action of an arm.

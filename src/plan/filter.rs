@@ -34,7 +34,7 @@ pub struct ClipFilter {
 }
 
 /// What a filter asks about. None: not known (yet), which meets no condition on it.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, Default)]
 #[allow(missing_docs, reason = "as SCHEMA, clips")]
 pub struct ClipFacts<'a> {
     pub source: &'a str,

@@ -33,11 +33,17 @@ pub fn write_asf(skeleton: &Skeleton, header: Option<&str>, unit_m: f64) -> Resu
 /// Writes an Acclaim motion. What is written reads back bit for bit with the same skeleton.
 ///
 /// Bones come in joint order; those without degrees of freedom have no line. `channels`: `[frame][channel]` in
-/// file units and the skeleton's angle unit. Frames are numbered from `first_frame_number`.
+/// file units and the skeleton's angle unit. Frames are numbered from `first_frame_number`. `rate_hz` is written as
+/// `:SAMPLES-PER-SECOND` where given; most files leave it out, and readers take 120.
 ///
 /// # Errors
 /// [`WriteError`] for a BVH skeleton, several roots, half a frame, a number that is not finite.
-pub fn write_amc(skeleton: &Skeleton, channels: &[f32], first_frame_number: i64) -> Result<Vec<u8>, WriteError> {
+pub fn write_amc(
+    skeleton: &Skeleton,
+    channels: &[f32],
+    rate_hz: Option<f64>,
+    first_frame_number: i64,
+) -> Result<Vec<u8>, WriteError> {
     check_skeleton(skeleton)?;
     let width = skeleton.n_channels();
     check_channels(channels, width)?;
@@ -49,6 +55,9 @@ pub fn write_amc(skeleton: &Skeleton, channels: &[f32], first_frame_number: i64)
     let mut out = Vec::with_capacity(channels.len() * 10 + 100);
     out.extend_from_slice(b":FULLY-SPECIFIED\n");
     out.extend_from_slice(unit);
+    if let Some(rate_hz) = rate_hz {
+        out.extend_from_slice(format!(":SAMPLES-PER-SECOND {rate_hz}\n").as_bytes());
+    }
     for (frame, values) in channels.chunks_exact(width.max(1)).enumerate() {
         let number = first_frame_number.saturating_add(frame as i64);
         out.extend_from_slice(format!("{number}\n").as_bytes());

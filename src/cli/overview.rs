@@ -1,0 +1,191 @@
+//! The table of what a corpus holds: what a run ends with and `inspect` begins with.
+
+use super::numbers::{counted, grouped, grouped_text};
+use crate::annotate::Gait;
+use crate::corpus::{ClipRow, CorpusError, Manifest, Origin, Store, read_clips, read_edges, read_made, read_nodes};
+use serde::Serialize;
+use std::collections::BTreeMap;
+use std::fmt::Write;
+
+/// Clips, frames and hours of one kind.
+#[derive(Clone, Debug, Default, PartialEq, Serialize)]
+pub(crate) struct Amount {
+    pub(crate) clips: u64,
+    pub(crate) frames: u64,
+    pub(crate) hours: f64,
+}
+
+/// What a corpus holds.
+#[derive(Clone, Debug, Default, PartialEq, Serialize)]
+pub(crate) struct Overview {
+    /// `captured` or `procedural`.
+    origin: String,
+    captured: Amount,
+    by_gait: BTreeMap<String, Amount>,
+    doubtful_walks: u64,
+    without_feet: u64,
+    quarantined: u64,
+    grafted: Amount,
+    recipes: u64,
+    rejected: BTreeMap<String, u64>,
+    product: String,
+    nodes: u64,
+    edges: u64,
+    largest_component_share: f64,
+    threshold_m2: Option<f64>,
+    bytes: u64,
+}
+
+/// Gaits as the table shows them.
+const ROWS: [&str; 5] = ["stand", "walk", "run", "jump", "other, unknown"];
+/// Below this a gait is doubtful.
+pub(crate) const DOUBTFUL: f32 = 0.8;
+
+impl Overview {
+    /// Reads what there is.
+    pub(crate) fn of(store: &Store, manifest: &Manifest) -> Result<Overview, CorpusError> {
+        let mut overview = Overview { origin: "captured".to_owned(), ..Overview::default() };
+        let clips = read_clips(store)?;
+        for clip in &clips {
+            if clip.origin.is_made() {
+                overview.grafted.add(clip);
+                continue;
+            }
+            if clip.origin == Origin::Procedural {
+                overview.origin = "procedural".to_owned();
+            }
+            overview.captured.add(clip);
+            let Some(gait) = clip.labels.gait_class else {
+                overview.without_feet += 1;
+                continue;
+            };
+            let row = match gait {
+                Gait::Other | Gait::Unknown => ROWS[4],
+                gait => gait.name(),
+            };
+            overview.by_gait.entry(row.to_owned()).or_default().add(clip);
+            if clip.labels.gait_confidence.is_some_and(|confidence| confidence < DOUBTFUL) {
+                overview.doubtful_walks += 1;
+            }
+        }
+        overview.quarantined = manifest
+            .sources
+            .values()
+            .flat_map(|source| source.clips.values())
+            .filter(|clip| clip.state == crate::corpus::ClipState::Quarantined)
+            .count() as u64;
+        let sizes = manifest.products.values().filter_map(|size| size.parse::<u128>().ok());
+        overview.product = sizes.sum::<u128>().to_string();
+        for made in there(read_made(store))?.unwrap_or_default() {
+            overview.recipes += 1;
+            if let Some(reason) = made.reasons.first().filter(|_| !made.accepted) {
+                *overview.rejected.entry(reason.clone()).or_default() += 1;
+            }
+        }
+        if let Some(nodes) = there(read_nodes(store))? {
+            let threshold = nodes.iter().map(|node| node.threshold).fold(f64::NEG_INFINITY, f64::max);
+            let mut components = BTreeMap::<u32, u64>::new();
+            let mut members = 0;
+            for node in nodes.iter().filter(|node| node.threshold == threshold) {
+                overview.nodes += 1;
+                members += u64::from(node.members);
+                *components.entry(node.component).or_default() += u64::from(node.members);
+            }
+            overview.largest_component_share =
+                components.values().max().map_or(0.0, |largest| *largest as f64 / members.max(1) as f64);
+            overview.threshold_m2 = threshold.is_finite().then_some(threshold);
+            let first =
+                nodes.iter().filter(|node| node.threshold == threshold).map(|node| node.node).min().unwrap_or(0);
+            let last = nodes.iter().filter(|node| node.threshold == threshold).map(|node| node.node).max().unwrap_or(0);
+            let here = |node: u32| (first..=last).contains(&node);
+            let edges = there(read_edges(store))?.unwrap_or_default();
+            overview.edges = edges.iter().filter(|edge| here(edge.from_node)).count() as u64;
+        }
+        overview.bytes = size_of(store)?;
+        Ok(overview)
+    }
+
+    /// Bytes of all its files.
+    pub(crate) fn bytes(&self) -> u64 {
+        self.bytes
+    }
+
+    /// As a table. `corpus` is what the user calls it.
+    pub(crate) fn text(&self, corpus: &str) -> String {
+        let mut text = String::new();
+        let mut row = |name: &str, amount: Option<&Amount>, clips: u64, remark: &str| {
+            let (frames, hours) = amount.map_or((String::new(), String::new()), |amount| {
+                (grouped(amount.frames), format!("{:.2}", amount.hours))
+            });
+            let line = format!("  {name:<20}{:>9}{frames:>12}{hours:>8}     {remark}", grouped(clips));
+            // A String takes whatever is written to it.
+            let _ = writeln!(text, "{}", line.trim_end());
+        };
+        row("", None, 0, "");
+        let doubtful = match self.doubtful_walks {
+            0 => String::new(),
+            n => format!("confidence < {DOUBTFUL}: {} (motionmill inspect {corpus} --doubtful)", counted(n, "clip")),
+        };
+        row(&self.origin, Some(&self.captured), self.captured.clips, &doubtful);
+        for name in ROWS {
+            if let Some(amount) = self.by_gait.get(name) {
+                row(&format!("  {name}"), Some(amount), amount.clips, "");
+            }
+        }
+        if self.without_feet > 0 {
+            row("  without feet", None, self.without_feet, "joints not recognized: no contacts, no gait");
+        }
+        if self.quarantined > 0 {
+            row("quarantined", None, self.quarantined, &format!("motionmill inspect {corpus} --faults"));
+        }
+        if self.recipes > 0 {
+            let rejected: u64 = self.rejected.values().sum();
+            let mut remark = format!("of {} recipes", grouped_text(&self.product));
+            if rejected > 0 {
+                let mut reasons: Vec<(&String, &u64)> = self.rejected.iter().collect();
+                reasons.sort_by(|a, b| b.1.cmp(a.1).then(a.0.cmp(b.0)));
+                let shown: Vec<String> = reasons.iter().take(3).map(|(reason, n)| format!("{reason} {n}")).collect();
+                let more = if reasons.len() > 3 { ", ..." } else { "" };
+                let _ =
+                    write!(remark, "; {} made or tried and rejected ({}{more})", grouped(rejected), shown.join(", "));
+            }
+            row("grafted", Some(&self.grafted), self.grafted.clips, &remark);
+        }
+        let header = format!("  {:<20}{:>9}{:>12}{:>8}", "", "clips", "frames", "hours");
+        let mut lines: Vec<&str> = text.lines().collect();
+        lines[0] = &header;
+        let mut text = lines.join("\n");
+        if let Some(threshold) = self.threshold_m2 {
+            let _ = write!(
+                text,
+                "\ngraph    {} nodes, {} edges; {:.0} % of the samples in one strongly connected component at T = {threshold} m²",
+                grouped(self.nodes),
+                grouped(self.edges),
+                100.0 * self.largest_component_share
+            );
+        }
+        text
+    }
+}
+
+impl Amount {
+    fn add(&mut self, clip: &ClipRow) {
+        self.clips += 1;
+        self.frames += u64::from(clip.frames);
+        self.hours += clip.duration_s / 3600.0;
+    }
+}
+
+/// A table that may not have been made yet.
+fn there<T>(read: Result<T, CorpusError>) -> Result<Option<T>, CorpusError> {
+    match read {
+        Ok(rows) => Ok(Some(rows)),
+        Err(CorpusError::NotThere { .. }) => Ok(None),
+        Err(error) => Err(error),
+    }
+}
+
+fn size_of(store: &Store) -> Result<u64, CorpusError> {
+    let names = store.list("")?;
+    Ok(names.iter().filter_map(|name| std::fs::metadata(store.path(name)).ok()).map(|file| file.len()).sum())
+}

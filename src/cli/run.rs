@@ -1,0 +1,208 @@
+//! `run`: a pipeline over captures.
+
+use super::Ending;
+use super::args::Run;
+use super::numbers::{bytes, counted, duration, grouped};
+use super::overview::Overview;
+use super::progress::Progress;
+use super::synth::{SynthError, write_captures};
+use crate::corpus::open_to_read;
+use crate::flow::gauges::{Gauges, Station};
+use crate::flow::halt::HaltFlag;
+use crate::flow::mesh::Hosts;
+use crate::flow::{RunError, RunReport, RunRequest};
+use crate::motion::Format;
+use crate::plan::{Plan, WithoutInput};
+use serde_json::json;
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+use std::time::{Duration, Instant};
+
+/// How long processes wait for each other.
+const HOSTS_DEADLINE: Duration = Duration::from_secs(60);
+
+/// Runs the verb.
+pub(super) fn run(args: Run) -> Ending {
+    let start = Instant::now();
+    let plan = match Plan::load(&args.plan.pipeline, args.plan.config.as_deref(), &args.plan.sets) {
+        Ok(plan) => plan,
+        Err(errors) => {
+            errors.iter().for_each(|error| eprintln!("{error}\n"));
+            return Ending::BadPlan;
+        }
+    };
+    let hosts = match args.hosts.as_deref().map(|file| read_hosts(file, args.process.unwrap_or(0))).transpose() {
+        Ok(hosts) => hosts,
+        Err(message) => {
+            eprintln!("{message}");
+            return Ending::BadPlan;
+        }
+    };
+    let workers = args.workers.unwrap_or_else(|| std::thread::available_parallelism().map_or(1, |n| n.get())).max(1);
+    let makes_people = args.plan.input.is_empty() && plan.config.ingest.without_input == WithoutInput::Procedural;
+    let out = args.out.clone().unwrap_or_else(|| PathBuf::from(if makes_people { "demo/corpus" } else { "corpus" }));
+    let mut inputs = args.plan.input.clone();
+    if makes_people {
+        match people(&out, &plan) {
+            Ok(folder) => inputs.push(folder),
+            Err(error) => {
+                eprintln!("error: {error}");
+                return Ending::Failed;
+            }
+        }
+    }
+    if inputs.is_empty() && !out.join("manifest.json").exists() {
+        let pipeline = &plan.pipeline;
+        eprintln!(
+            "error: no input\n  why: pipeline `{pipeline}` reads captures, and none were named\n  try: --input DIR with a folder of .bvh, or .asf and .amc, files"
+        );
+        return Ending::BadPlan;
+    }
+    let procedural = makes_people;
+    let request =
+        RunRequest { plan, inputs, procedural, out, workers, hosts, strict: args.plan.strict, prune: args.prune };
+    let stages: Vec<&str> = request.plan.stages.iter().map(|planned| planned.stage.name()).collect();
+    eprintln!("plan     {}: {}    {}", request.plan.pipeline, stages.join(" "), counted(workers as u64, "worker"));
+    let flag = Arc::new(HaltFlag::default());
+    let heard = Arc::clone(&flag);
+    // Without a handler Ctrl-C would end the process at once; the corpus stays resumable either way.
+    let _ = ctrlc::set_handler(move || {
+        if !heard.interrupt() {
+            std::process::exit(130);
+        }
+    });
+    let gauges = Arc::new(Gauges::default());
+    let progress = Progress::show(Arc::clone(&gauges));
+    let result = crate::flow::run(&request, &gauges, &flag, |line| eprintln!("{line}"));
+    drop(progress);
+    let name = request.out.display().to_string();
+    match result {
+        Ok(report) => finish(&request, &report, &gauges, start.elapsed(), args.json),
+        Err(RunError::Interrupted { safe, .. }) => {
+            eprintln!("interrupted: {} safe in {name}; the same command continues", counted(safe as u64, "clip"));
+            Ending::Interrupted
+        }
+        Err(error) => {
+            eprintln!("error: {error}");
+            Ending::Failed
+        }
+    }
+}
+
+/// The folder of the captures that the program makes for itself, beside the corpus.
+fn people(out: &Path, plan: &Plan) -> Result<PathBuf, SynthError> {
+    let folder = out.parent().unwrap_or(Path::new("")).join("captures");
+    let settings = &plan.config.procedural;
+    write_captures(&folder, settings.clips as usize, settings.seed, Format::Amc)?;
+    Ok(folder)
+}
+
+fn finish(request: &RunRequest, report: &RunReport, gauges: &Gauges, took: Duration, as_json: bool) -> Ending {
+    let leads = request.hosts.as_ref().is_none_or(|hosts| hosts.process == 0);
+    if !leads {
+        eprintln!("done: process 0 has the table");
+        return Ending::Done;
+    }
+    let name = request.out.display().to_string();
+    let overview = open_to_read(&request.out).and_then(|(store, manifest)| Overview::of(&store, &manifest));
+    let overview = match overview {
+        Ok(overview) => overview,
+        Err(error) => {
+            eprintln!("error: {error}");
+            return Ending::Failed;
+        }
+    };
+    report
+        .gone
+        .iter()
+        .for_each(|clip| eprintln!("note: {clip}: its file has gone; its rows stay (--prune removes them)"));
+    if as_json {
+        let stations: serde_json::Map<String, serde_json::Value> =
+            Station::ALL.iter().map(|&s| (s.name().to_owned(), json!(gauges.time_at(s).as_secs_f64()))).collect();
+        let dataflows: Vec<_> = report
+            .dataflows
+            .iter()
+            .map(|(name, frames, time)| json!({"name": name, "frames": frames, "seconds": time.as_secs_f64()}))
+            .collect();
+        println!(
+            "{}",
+            json!({
+                "corpus": name, "up_to_date": report.up_to_date, "found": report.found, "parsed": report.parsed,
+                "finished": report.finished, "quarantined": report.quarantined, "gone": report.gone, "seconds": took.as_secs_f64(),
+                "peak_bytes": peak_bytes(), "stations_s": stations, "dataflows": dataflows, "holds": overview,
+            })
+        );
+    } else if report.up_to_date {
+        println!("corpus is up to date ({}); nothing to do", counted(report.finished as u64, "clip"));
+    } else {
+        println!(
+            "inputs   {}, {} found; {} read, {} already in {name}",
+            counted(report.found as u64, "clip"),
+            bytes(report.bytes),
+            grouped(report.parsed as u64),
+            grouped(report.finished as u64)
+        );
+        for (dataflow, frames, time) in report.dataflows.iter().filter(|(_, frames, _)| *frames > 0) {
+            let rate = *frames as f64 / time.as_secs_f64().max(1e-3);
+            println!(
+                "{dataflow:<8} {} frames in {}, {} frames/s",
+                grouped(*frames),
+                duration(*time),
+                grouped(rate as u64)
+            );
+        }
+        println!("{}", shares(gauges));
+        println!("{}", overview.text(&name));
+        let text = if report.bytes > 0 && report.parsed == report.found {
+            format!(" ({:.2} of the text)", overview.bytes() as f64 / report.bytes as f64)
+        } else {
+            String::new()
+        };
+        let peak = peak_bytes().map_or(String::new(), |peak| format!(", peak {}", bytes(peak)));
+        println!("corpus   {name} {}{text}, {}{peak}", bytes(overview.bytes()), duration(took));
+        println!("\nOpen it:  duckdb -c \"SELECT gait_class, sum(duration_s) FROM '{name}/clips.parquet' GROUP BY 1\"");
+    }
+    if report.quarantined > 0 { Ending::Quarantined } else { Ending::Done }
+}
+
+/// Where the workers' time went.
+fn shares(gauges: &Gauges) -> String {
+    let total: f64 = Station::ALL.iter().map(|&station| gauges.time_at(station).as_secs_f64()).sum();
+    let mut parts: Vec<(f64, &str)> = Station::ALL
+        .iter()
+        .map(|&station| (gauges.time_at(station).as_secs_f64() / total.max(1e-9), station.name()))
+        .collect();
+    parts.retain(|(share, _)| *share >= 0.005);
+    let words: Vec<String> = parts.iter().map(|(share, name)| format!("{name} {:.0} %", share * 100.0)).collect();
+    format!("time     {}", words.join(", "))
+}
+
+/// Largest resident memory of this process so far, where the system tells.
+fn peak_bytes() -> Option<u64> {
+    let status = std::fs::read_to_string("/proc/self/status").ok()?;
+    let line = status.lines().find(|line| line.starts_with("VmHWM:"))?;
+    Some(line.split_whitespace().nth(1)?.parse::<u64>().ok()? * 1024)
+}
+
+fn read_hosts(file: &Path, process: usize) -> Result<Hosts, String> {
+    let refused = |what: String, why: &str, remedy: &str| {
+        format!("error: {}: {what}\n  why: {why}\n  try: {remedy}", file.display())
+    };
+    let text = std::fs::read_to_string(file).map_err(|error| {
+        refused(
+            error.to_string(),
+            "the hosts file says where the processes of the run are",
+            "a file with host:port of every process, a line each",
+        )
+    })?;
+    let addresses: Vec<String> =
+        text.lines().map(str::trim).filter(|line| !line.is_empty()).map(str::to_owned).collect();
+    if process >= addresses.len() {
+        return Err(refused(
+            format!("it has {} lines, and this is process {process}", addresses.len()),
+            "processes are numbered from 0, a line each",
+            "--process with the number of this process' line",
+        ));
+    }
+    Ok(Hosts { addresses, process, deadline: HOSTS_DEADLINE })
+}
