@@ -18,5 +18,8 @@ mod positions;
 mod procedural;
 mod quirks;
 mod round_trip;
+mod corpus;
+mod corpus_samples;
+mod corpus_tables;
 mod shared_data;
 mod tree;

@@ -7,7 +7,7 @@ use arrow::array::{
 };
 use arrow::array::{Float64Builder, RecordBatch};
 use arrow::datatypes::{DataType, Field, Schema, SchemaRef};
-use std::collections::HashMap;
+use std::collections::BTreeMap;
 use std::sync::Arc;
 
 /// Metadata of a column: `unit`, `space`, `joint`, `role`, `part`.
@@ -34,7 +34,7 @@ pub(super) struct Columns {
 /// A field with metadata; empty values are left out.
 pub(super) fn field(name: &str, kind: DataType, nullable: bool, notes: Notes<'_>) -> Field {
     let notes = notes.iter().filter(|(_, value)| !value.is_empty());
-    let metadata: HashMap<String, String> = notes.map(|&(key, value)| (key.to_owned(), value.to_owned())).collect();
+    let metadata: BTreeMap<String, String> = notes.map(|&(key, value)| (key.to_owned(), value.to_owned())).collect();
     Field::new(name, kind, nullable).with_metadata(metadata)
 }
 
