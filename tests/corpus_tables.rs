@@ -136,6 +136,39 @@ proptest! {
     }
 }
 
+#[test]
+#[ignore = "needs Python with duckdb, polars, pyarrow and pandas: MOTIONMILL_PYTHON=python3 cargo test -- --ignored open_elsewhere"]
+fn the_tables_open_elsewhere() {
+    let python = std::env::var("MOTIONMILL_PYTHON").unwrap();
+    let (_folder, store) = store();
+    let mut dice = Dice(6);
+    for shard in [ShardId::captured(0), ShardId::captured(1), ShardId::made(0)] {
+        let clips = sample_clips(shard.number.into(), 6, 3000);
+        commit(&store, shard, &clips, all_tables());
+    }
+    let notes = FileNotes::from([("detector".to_owned(), "adaptive".to_owned())]);
+    write_clips(&store, &(0..100).map(|id| clip_row(&mut dice, id)).collect::<Vec<_>>(), &notes).unwrap();
+    write_skeletons(&store, &(0..9).map(|_| skeleton_row(&mut dice)).collect::<Vec<_>>(), &notes).unwrap();
+    write_faults(&store, &(0..50).map(|_| fault_row(&mut dice)).collect::<Vec<_>>(), &notes).unwrap();
+    write_nodes(&store, &(0..50).map(|_| node(&mut dice)).collect::<Vec<_>>(), &notes).unwrap();
+    write_sequences(&store, &(0..50).map(|_| sequence(&mut dice)).collect::<Vec<_>>(), &notes).unwrap();
+    write_edges(&store, &[], &notes).unwrap();
+    write_recipes(&store, &(0..50).map(|_| recipe(&mut dice)).collect::<Vec<_>>(), &notes).unwrap();
+    write_made(&store, &(0..50).map(|_| made(&mut dice)).collect::<Vec<_>>(), &FIGURES, &notes).unwrap();
+    for state in [PlantState::LB, PlantState::N] {
+        let items: Vec<Sample> = (0..70_000).map(|frame| Sample { clip_id: frame / 999, frame }).collect();
+        write_items(&store, "body", state, &items, &notes).unwrap();
+        assert_eq!(read_items(&store, "body", state).unwrap(), items);
+        let merges = Merge { item: 9, a: 1, b: 2, e: 0.25, members: 3, radius2: 0.125 };
+        write_merges(&store, "body", state, &[merges], &notes).unwrap();
+    }
+    let script = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/peers/open_tables.py");
+    let output = std::process::Command::new(python).arg(script).arg(store.root()).output().unwrap();
+    println!("{}", String::from_utf8_lossy(&output.stdout));
+    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+    assert!(output.stdout.iter().filter(|&&byte| byte == b'\n').count() >= 19);
+}
+
 const FIGURES: [&str; 3] = ["wrist_jerk", "skate", "arm_leg_lock"];
 
 fn node(dice: &mut Dice) -> Node {
