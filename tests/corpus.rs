@@ -143,11 +143,16 @@ fn a_shard_can_take_the_place_of_others() {
     let mut record = record_of(ShardId::captured(2), &clips[..2]);
     record.replaces = vec![ShardId::captured(0)];
     writer.finish().unwrap().commit(record).unwrap();
+    assert!(!store.is_there("commits/shard-00000.json"));
     // Killed before the old one is removed: it counts as gone already.
+    let old = commit(&store, ShardId::captured(0), &clips[..2], all_tables());
     let catalog = Catalog::open(&store).unwrap();
     assert_eq!(catalog.shard_of(clips[0].row.clip_id).unwrap().record().shard, ShardId::captured(2));
     let open = open_to_run(folder.path()).unwrap();
-    assert!(open.cleared.iter().all(|name| name.contains("shard-00000")), "{:?}", open.cleared);
+    let mut wanted: Vec<String> = old.files.iter().map(|file| file.path.clone()).collect();
+    wanted.push("commits/shard-00000.json".to_owned());
+    wanted.sort();
+    assert_eq!(open.cleared, wanted);
     assert!(!store.is_there("commits/shard-00000.json"));
     assert_eq!(Catalog::open(&store).unwrap().clips().count(), 4);
     // One clip in two shards is refused.
@@ -276,6 +281,52 @@ fn a_second_run_is_refused_and_reading_goes_on() {
     assert!(!read_clips(&store).unwrap().is_empty());
     drop(first);
     assert!(open_to_run(folder.path()).unwrap().cleared.is_empty());
+}
+
+#[test]
+fn a_folder_with_other_things_in_it_is_left_alone() {
+    let (folder, store) = folder_and_store();
+    fs::write(folder.path().join("README.md"), "mine").unwrap();
+    assert!(matches!(open_to_run(folder.path()), Err(CorpusError::Occupied { .. })));
+    assert_eq!(store.list("").unwrap(), ["README.md"]);
+    // In a corpus, a user's own files stay, whatever their endings.
+    fs::remove_file(folder.path().join("README.md")).unwrap();
+    drop(open_to_run(folder.path()).unwrap());
+    fs::create_dir_all(folder.path().join("downloads")).unwrap();
+    fs::write(folder.path().join("downloads/film.partial"), "mine").unwrap();
+    fs::write(folder.path().join("film.partial"), "mine").unwrap();
+    fs::write(folder.path().join("clips.parquet.partial"), "left").unwrap();
+    assert_eq!(open_to_run(folder.path()).unwrap().cleared, ["clips.parquet.partial"]);
+    assert!(folder.path().join("downloads/film.partial").is_file() && folder.path().join("film.partial").is_file());
+}
+
+#[test]
+fn a_record_that_would_not_come_back_is_refused_before_the_old_one_goes() {
+    let (_folder, store) = folder_and_store();
+    let clips = sample_clips(50, 3, 9);
+    let before = commit(&store, ShardId::captured(0), &clips, all_tables());
+    type Break = fn(&mut ShardRecord);
+    let breaks: [Break; 5] = [
+        |record| record.clips[0].rate_hz = f64::NAN,
+        |record| record.clips[0].labels.noise_m = Some(f32::INFINITY),
+        |record| drop(record.clips.pop()),
+        |record| record.skeletons.clear(),
+        |record| record.shard = ShardId::made(0),
+    ];
+    for break_it in breaks {
+        let mut record = record_of(ShardId::captured(0), &clips);
+        break_it(&mut record);
+        let error = finished(&store, &clips, all_tables()).commit(record).unwrap_err();
+        assert!(matches!(error, CorpusError::Encoding { .. }), "{error}");
+        assert_eq!(read_record(&store, ShardId::captured(0)).unwrap().unwrap(), before);
+    }
+    // A record may not name files of others.
+    let text = String::from_utf8(store.read("commits/shard-00000.json").unwrap().unwrap()).unwrap();
+    let rest = text.split_once('\n').unwrap().1.replace("plants/shard-00000", "plants/shard-00001");
+    let sealed = format!("{{\"blake3\": \"{}\",\n{rest}", blake3::hash(rest.as_bytes()).to_hex());
+    store.put_atomic("commits/shard-00000.json", sealed.as_bytes()).unwrap();
+    let error = read_record(&store, ShardId::captured(0)).unwrap_err();
+    assert!(error.to_string().contains("no file of it"), "{error}");
 }
 
 #[test]

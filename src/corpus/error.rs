@@ -41,6 +41,12 @@ pub enum CorpusError {
         /// The folder.
         path: PathBuf,
     },
+    /// The folder holds other things and no corpus.
+    #[error("{}: the folder is not empty, and what is in it is no corpus", path.display())]
+    Occupied {
+        /// The folder.
+        path: PathBuf,
+    },
     /// Written by another version of the program.
     #[error("{}: format version {found}, this program knows {known}", path.display())]
     Version {
@@ -120,6 +126,7 @@ impl CorpusError {
             CorpusError::Locked { .. } => "two runs at once would write the same files".to_owned(),
             CorpusError::NotOurRun { .. } => "its output would mix with another run's".to_owned(),
             CorpusError::NotACorpus { .. } => "every corpus has a manifest, put there at the end of a stage".to_owned(),
+            CorpusError::Occupied { .. } => "a run would mix its files with these".to_owned(),
             CorpusError::Version { .. } => "its tables may mean something else".to_owned(),
             CorpusError::Damaged { .. } => "what it held can't be trusted".to_owned(),
             CorpusError::NotThere { .. } => {
@@ -143,6 +150,7 @@ impl CorpusError {
             CorpusError::Locked { .. } => "wait for it, or end it; a run that was killed leaves no lock behind",
             CorpusError::NotOurRun { .. } => "start all processes of the run again",
             CorpusError::NotACorpus { .. } => "give the folder that a run wrote (its --out)",
+            CorpusError::Occupied { .. } => "choose an empty or a new folder with --out",
             CorpusError::Version { .. } => "use the program that wrote it, or make the corpus again",
             CorpusError::Damaged { .. } => "delete the file and run the same command again: it is made anew",
             CorpusError::NotThere { .. } => "look it up with `motionmill search`, or run the stage",

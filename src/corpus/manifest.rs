@@ -133,6 +133,9 @@ impl Manifest {
         let path = store.path(MANIFEST);
         let manifest: Manifest = unseal(&bytes, &path).map_err(|error| version_error(&bytes, &path, error))?;
         check_version(manifest.format_version, &path)?;
-        Ok(Some(manifest))
+        match manifest.tables.keys().find(|name| !Store::is_inside(name)) {
+            None => Ok(Some(manifest)),
+            Some(name) => Err(CorpusError::damaged(&path, format!("it names `{name}`, outside the corpus"))),
+        }
     }
 }

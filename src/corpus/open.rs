@@ -3,7 +3,7 @@
 use super::error::CorpusError;
 use super::lock::{RunLock, is_lock_file};
 use super::manifest::Manifest;
-use super::paths::{ShardId, Table};
+use super::paths::{COMMITS, MANIFEST, ShardId, Table};
 use super::record::{ShardRecord, read_record, read_records, shards_with_records};
 use super::store::Store;
 use std::collections::{BTreeMap, BTreeSet};
@@ -37,14 +37,26 @@ pub fn open_to_read(folder: impl Into<std::path::PathBuf>) -> Result<(Store, Man
 /// that others replaced, and files of shards that no record names.
 ///
 /// # Errors
-/// [`CorpusError::Locked`]; as [`open_to_read`] except that a corpus need not be there. A damaged commit record is
+/// [`CorpusError::Locked`]; [`CorpusError::Occupied`] for a folder with other things in it, whose README a dataset
+/// card would replace; as [`open_to_read`] except that a corpus need not be there. A damaged commit record is
 /// an error too, so that nothing is removed on its word; deleting it makes its shard be made anew.
 pub fn open_to_run(folder: impl Into<std::path::PathBuf>) -> Result<OpenCorpus, CorpusError> {
     let store = Store::new(folder);
+    refuse_others(&store)?;
     let lock = RunLock::acquire(&store)?;
     let manifest = Manifest::read(&store)?.unwrap_or_default();
     let cleared = clear_leftovers(&store)?;
     Ok(OpenCorpus { store, lock, manifest, cleared })
+}
+
+fn refuse_others(store: &Store) -> Result<(), CorpusError> {
+    let (files, folders) = store.entries("")?;
+    let ours = |name: &String| name == MANIFEST || name == COMMITS || is_lock_file(name);
+    let empty = files.iter().chain(&folders).all(|name| name.starts_with('.'));
+    match empty || files.iter().chain(&folders).any(ours) {
+        true => Ok(()),
+        false => Err(CorpusError::Occupied { path: store.root().to_owned() }),
+    }
 }
 
 fn clear_leftovers(store: &Store) -> Result<Vec<String>, CorpusError> {
@@ -60,10 +72,10 @@ fn clear_leftovers(store: &Store) -> Result<Vec<String>, CorpusError> {
     }
     let named: BTreeSet<&str> =
         current.values().flat_map(|record| record.files.iter().map(|file| file.path.as_str())).collect();
-    for name in store.list("")? {
-        // Only what this program would have put there: a user's own files stay.
-        let ours = Table::of_file(&name).is_some() && ShardId::of_file(&name).is_some();
-        if Store::is_temporary(&name) && !is_lock_file(&name) || ours && !named.contains(name.as_str()) {
+    for name in store.list_ours()? {
+        let temporary = Store::temporary_for(&name).is_some();
+        let unnamed = Table::of_file(&name).is_some() && !named.contains(name.as_str());
+        if temporary || unnamed {
             store.remove(&name)?;
             cleared.push(name);
         }

@@ -191,6 +191,18 @@ impl TryFrom<String> for ShardId {
     }
 }
 
+/// Whether a name is one that this program gives to a file of a corpus, so that it may be cleared away.
+pub(super) fn is_ours(name: &str) -> bool {
+    let whole = [MANIFEST, CARD, CLIPS, SKELETONS, FAULTS, NODES, SEQUENCES, EDGES, RECIPES, MADE];
+    let tree = |folder: &str| name.strip_prefix(folder).is_some_and(|rest| rest.contains("plant_state="));
+    whole.contains(&name) || ShardId::of_file(name).is_some() || tree("items/tree=") || tree("merges/tree=")
+}
+
+/// The folders that such files lie in.
+pub(super) fn our_folders() -> impl Iterator<Item = &'static str> {
+    [COMMITS, "items", "merges"].into_iter().chain(Table::ALL.map(Table::name))
+}
+
 /// File of a tree's items in one plant state.
 pub fn items_file(tree: &str, state: PlantState) -> String {
     format!("items/tree={tree}/plant_state={}.parquet", state.name())
@@ -215,10 +227,12 @@ mod tests {
         }
         assert_eq!(ShardId::of_file(&shard.record_file()), Some(shard));
         assert_eq!(ShardId::captured(7).file(Table::Poses, "L1"), "poses/layout=L1/shard-00007.parquet");
+        assert!(is_ours(&items_file("body", PlantState::N)) && is_ours(&merges_file("legs", PlantState::LB)));
         for foreign in
             ["clips.parquet", "poses/layout=L1/mine.parquet", "poses/shard-1.parquet", "x/shard-00001.parquet"]
         {
             assert_eq!(ShardId::of_file(foreign), None, "{foreign}");
+            assert_eq!(is_ours(foreign), foreign == CLIPS, "{foreign}");
         }
     }
 }

@@ -136,6 +136,29 @@ impl ShardRecord {
         self.skeletons.iter().find(|row| row.skeleton_id == skeleton)
     }
 
+    /// What keeps it from being read back as it is, if anything.
+    pub(super) fn refuse(&self, store: &Store) -> Result<(), String> {
+        if !self.clips.is_sorted_by(|a, b| a.clip_id < b.clip_id) {
+            return Err("clips out of order".to_owned());
+        }
+        for clip in &self.clips {
+            match self.skeleton(&clip.skeleton) {
+                None => return Err(format!("clip {} without its skeleton {}", clip.clip_id, clip.skeleton)),
+                Some(row) if row.body.layout_id() != clip.layout => {
+                    return Err(format!("clip {} is of layout {}, its skeleton is not", clip.clip_id, clip.layout));
+                }
+                Some(_) => {}
+            }
+        }
+        let path = store.path(&self.shard.record_file());
+        let back = seal(self, &path).and_then(|bytes| unseal::<ShardRecord>(&bytes, &path));
+        // JSON has no word for a number that isn't finite, and nothing else is lost on the way.
+        match back.is_ok_and(|back| &back == self) {
+            true => Ok(()),
+            false => Err("a number that isn't finite".to_owned()),
+        }
+    }
+
     pub(super) fn put(&self, store: &Store) -> Result<(), CorpusError> {
         let name = self.shard.record_file();
         store.put_atomic(&name, &seal(self, &store.path(&name))?)
@@ -152,9 +175,13 @@ pub fn read_record(store: &Store, shard: ShardId) -> Result<Option<ShardRecord>,
     let path = store.path(&name);
     let record: ShardRecord = unseal(&bytes, &path).map_err(|error| version_error(&bytes, &path, error))?;
     check_version(record.format_version, &path)?;
-    match record.shard == shard {
-        true => Ok(Some(record)),
-        false => Err(CorpusError::damaged(&path, format!("it is the record of {}", record.shard))),
+    let foreign = |file: &&FileRecord| ShardId::of_file(&file.path) != Some(shard) || !Store::is_inside(&file.path);
+    if record.shard != shard {
+        return Err(CorpusError::damaged(&path, format!("it is the record of {}", record.shard)));
+    }
+    match record.files.iter().find(foreign) {
+        None => Ok(Some(record)),
+        Some(file) => Err(CorpusError::damaged(&path, format!("it names `{}`, which is no file of it", file.path))),
     }
 }
 

@@ -71,7 +71,8 @@ pub struct ShardWriter {
     shard: ShardId,
     settings: ShardSettings,
     sinks: BTreeMap<(Table, String), Sink>,
-    last_clip: Option<u32>,
+    /// `(clip_id, frames)`.
+    pushed: Vec<(u32, u32)>,
     /// Part of a clip may have been written: nothing but dropping is left.
     broken: bool,
 }
@@ -82,6 +83,7 @@ pub struct FinishedShard {
     store: Store,
     shard: ShardId,
     tables: Vec<Table>,
+    pushed: Vec<(u32, u32)>,
     files: Vec<(FileRecord, Temporary)>,
 }
 
@@ -105,7 +107,7 @@ impl ShardWriter {
     /// Begins a shard, or some of its tables. No file is made before the first clip with rows for it; a table
     /// without any gets a file without rows when the writer finishes, unless its columns depend on a layout.
     pub fn create(store: &Store, shard: ShardId, settings: ShardSettings) -> ShardWriter {
-        ShardWriter { store: store.clone(), shard, settings, sinks: BTreeMap::new(), last_clip: None, broken: false }
+        ShardWriter { store: store.clone(), shard, settings, sinks: BTreeMap::new(), pushed: Vec::new(), broken: false }
     }
 
     /// Appends a clip. Its rows are checked first.
@@ -116,7 +118,7 @@ impl ShardWriter {
     /// after which the writer can only be dropped.
     pub fn push(&mut self, clip: &ClipTables<'_>) -> Result<(), CorpusError> {
         self.check(clip)?;
-        self.last_clip = Some(clip.clip_id);
+        self.pushed.push((clip.clip_id, clip.n_frames as u32));
         self.broken = true;
         for table in self.settings.tables.clone() {
             self.push_table(table, clip)?;
@@ -145,7 +147,13 @@ impl ShardWriter {
             files.push((record, temporary));
         }
         files.sort_by(|(a, _), (b, _)| a.path.cmp(&b.path));
-        Ok(FinishedShard { store: self.store, shard: self.shard, tables: self.settings.tables, files })
+        Ok(FinishedShard {
+            store: self.store,
+            shard: self.shard,
+            tables: self.settings.tables,
+            pushed: self.pushed,
+            files,
+        })
     }
 
     /// Bytes that wait in memory for their row group to end, about.
@@ -155,7 +163,7 @@ impl ShardWriter {
 
     fn check(&self, clip: &ClipTables<'_>) -> Result<(), CorpusError> {
         let refused = |table: &'static str, what: String| CorpusError::Refused { clip_id: clip.clip_id, table, what };
-        if let Some(last) = self.last_clip.filter(|&last| last >= clip.clip_id) {
+        if let Some((last, _)) = self.pushed.last().filter(|(last, _)| *last >= clip.clip_id) {
             return Err(refused("clips", format!("it comes after clip {last}")));
         }
         if !(clip.rate_hz.is_finite() && clip.rate_hz > 0.0) || u32::try_from(clip.n_frames).is_err() {
@@ -271,13 +279,11 @@ impl FinishedShard {
     /// existing shard those of the tables that were not. Files that the new record doesn't name any more go last.
     ///
     /// # Errors
-    /// [`CorpusError::Refused`] for a record of another shard; the file system's refusals, after which the shard is
-    /// as it was, or a stage of it has to be made again.
+    /// [`CorpusError::Encoding`] for a record of another shard or of other clips than were pushed, or with numbers that
+    /// aren't finite; nothing was changed. The file system's refusals, after which the shard is as it was, or a stage
+    /// of it has to be made again.
     pub fn commit(self, mut record: ShardRecord) -> Result<ShardRecord, CorpusError> {
-        if record.shard != self.shard {
-            let path = self.store.path(&self.shard.record_file());
-            return Err(CorpusError::Encoding { path, what: format!("given the record of {}", record.shard) });
-        }
+        self.check(&record)?;
         let old = match read_record(&self.store, self.shard) {
             Ok(old) => old,
             // A record that can't be read is no record, and its shard is not there.
@@ -311,7 +317,27 @@ impl FinishedShard {
                 self.store.remove(&file.path)?;
             }
         }
+        for shard in &record.replaces {
+            if let Some(replaced) = read_record(&self.store, *shard)? {
+                remove_shard(&self.store, &replaced)?;
+            }
+        }
         Ok(record)
+    }
+
+    fn check(&self, record: &ShardRecord) -> Result<(), CorpusError> {
+        let refused = |what: String| {
+            let path = self.store.path(&self.shard.record_file());
+            Err(CorpusError::Encoding { path, what })
+        };
+        if record.shard != self.shard {
+            return refused(format!("given the record of {}", record.shard));
+        }
+        let rows = record.clips.iter().map(|clip| (clip.clip_id, clip.frames));
+        if !self.tables.is_empty() && !rows.eq(self.pushed.iter().copied()) {
+            return refused("its clips are not those that were written".to_owned());
+        }
+        record.refuse(&self.store).or_else(refused)
     }
 }
 

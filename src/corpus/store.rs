@@ -4,6 +4,7 @@
 //! ends in `.partial`, is read by nobody, and goes when the next run opens the corpus.
 
 use super::error::CorpusError;
+use super::paths::{is_ours, our_folders};
 use std::fs::{self, File};
 use std::io::{self, Write};
 use std::path::{Path, PathBuf};
@@ -38,7 +39,7 @@ impl Store {
 
     /// Path of a file of the store.
     pub fn path(&self, name: &str) -> PathBuf {
-        debug_assert!(name.split('/').all(|part| !part.is_empty() && part != "." && part != ".."), "{name}");
+        debug_assert!(Store::is_inside(name), "{name}");
         self.root.join(name)
     }
 
@@ -104,26 +105,50 @@ impl Store {
         let mut names = Vec::new();
         let mut folders = vec![folder.to_owned()];
         while let Some(folder) = folders.pop() {
-            let path = if folder.is_empty() { self.root.clone() } else { self.path(&folder) };
-            let entries = match fs::read_dir(&path) {
-                Ok(entries) => entries,
-                Err(error) if error.kind() == io::ErrorKind::NotFound => continue,
-                Err(error) => return Err(CorpusError::io(&path, "listing", error)),
-            };
-            for entry in entries {
-                let entry = entry.map_err(|error| CorpusError::io(&path, "listing", error))?;
-                let kind = entry.file_type().map_err(|error| CorpusError::io(&path, "listing", error))?;
-                let Ok(own) = entry.file_name().into_string() else { continue };
-                let name = if folder.is_empty() { own } else { format!("{folder}/{own}") };
-                if kind.is_dir() {
-                    folders.push(name);
-                } else if kind.is_file() {
-                    names.push(name);
-                }
-            }
+            let (files, below) = self.entries(&folder)?;
+            names.extend(files);
+            folders.extend(below);
         }
         names.sort();
         Ok(names)
+    }
+
+    /// Names of the files that the program itself put, or was putting, into the store: whole ones and temporary ones.
+    /// Looks into the corpus' own folders only.
+    pub(super) fn list_ours(&self) -> Result<Vec<String>, CorpusError> {
+        let mut names = self.entries("")?.0;
+        for folder in our_folders() {
+            names.extend(self.list(folder)?);
+        }
+        names.retain(|name| is_ours(Store::temporary_for(name).unwrap_or(name)));
+        names.sort();
+        Ok(names)
+    }
+
+    /// Names of the files and folders right in a folder.
+    pub(super) fn entries(&self, folder: &str) -> Result<(Vec<String>, Vec<String>), CorpusError> {
+        let path = if folder.is_empty() { self.root.clone() } else { self.path(folder) };
+        let (mut files, mut folders) = (Vec::new(), Vec::new());
+        let entries = match fs::read_dir(&path) {
+            Ok(entries) => entries,
+            Err(error) if error.kind() == io::ErrorKind::NotFound => return Ok((files, folders)),
+            Err(error) => return Err(CorpusError::io(&path, "listing", error)),
+        };
+        for entry in entries {
+            let entry = entry.map_err(|error| CorpusError::io(&path, "listing", error))?;
+            let kind = entry.file_type().map_err(|error| CorpusError::io(&path, "listing", error))?;
+            let Ok(own) = entry.file_name().into_string() else { continue };
+            let name = if folder.is_empty() { own } else { format!("{folder}/{own}") };
+            if !Store::is_inside(&name) {
+                continue;
+            }
+            match (kind.is_dir(), kind.is_file()) {
+                (true, _) => folders.push(name),
+                (_, true) => files.push(name),
+                _ => {}
+            }
+        }
+        Ok((files, folders))
     }
 
     /// Removes a file; that it is not there is no error.
@@ -135,9 +160,14 @@ impl Store {
         }
     }
 
-    /// Whether a name is that of a temporary file.
-    pub fn is_temporary(name: &str) -> bool {
-        name.ends_with(PARTIAL)
+    /// What a temporary file was to become; None: it is none.
+    pub fn temporary_for(name: &str) -> Option<&str> {
+        name.strip_suffix(PARTIAL)
+    }
+
+    /// Whether a name stays inside the store.
+    pub fn is_inside(name: &str) -> bool {
+        name.split('/').all(|part| !part.is_empty() && part != "." && part != "..") && !name.contains(['\\', ':', '\0'])
     }
 }
 

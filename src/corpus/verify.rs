@@ -1,7 +1,6 @@
 //! Verifying a corpus: every file against the digest it was written with.
 
 use super::error::CorpusError;
-use super::lock::is_lock_file;
 use super::manifest::Manifest;
 use super::paths::{COMMITS, MANIFEST, ShardId, Table};
 use super::record::{FileRecord, ShardRecord, read_record, shards_with_records};
@@ -103,12 +102,11 @@ pub fn verify(store: &Store) -> Result<Verified, CorpusError> {
         Err(error @ CorpusError::Io { .. }) => return Err(error),
         Err(error) => verified.find(MANIFEST.to_owned(), Wrong::Unreadable(error.to_string())),
     }
-    for name in store.list("")? {
-        let of_shard = Table::of_file(&name).is_some() && ShardId::of_file(&name).is_some();
+    for name in store.list_ours()? {
         // Without its record nobody can tell whether a shard's file is a stray.
-        let stray = of_shard && !named.contains(&name) && !unreadable;
+        let unnamed = Table::of_file(&name).is_some() && !named.contains(&name) && !unreadable;
         let old = name.starts_with(COMMITS) && ShardId::of_file(&name).is_some_and(|shard| replaced.contains(&shard));
-        if stray || old || Store::is_temporary(&name) && !is_lock_file(&name) {
+        if unnamed || old || Store::temporary_for(&name).is_some() {
             verified.find(name, Wrong::Stray);
         }
     }

@@ -2,6 +2,24 @@
 //!
 //! Floats are byte-stream-split, whole numbers delta-packed, strings dictionary-encoded, all under zstd. Pages and
 //! row groups end at row counts that follow from the schema alone, never from what happens to be buffered.
+//!
+//! Measured with `benches/tables.rs`, channels table, one thread, processor time on a busy machine. Sizes (bytes a byte
+//! of text) are exact; speeds (MB of text a second, lowest and highest of three) only tell large differences.
+//! 21 MB of Bandai-Namco text, 92 clips, 132 channels:
+//!
+//! | settings | size | speed |
+//! | --- | --- | --- |
+//! | these | 0.1646 | 604-673 (457-688 over 20 more runs) |
+//! | zstd 3 | 0.1627 | 482-615 |
+//! | floats plain | 0.1911 | 666-736 |
+//! | dictionaries everywhere, floats plain (the crate's default) | 0.2816 | 209-211 |
+//! | whole numbers plain | 0.1648 | 602-697 |
+//! | statistics a row group only | 0.1644 | 674-729 |
+//! | pages of 4,096 rows | 0.1671 | 480-507 |
+//! | no compression, floats plain | 0.4240 | 881-1236 |
+//!
+//! 105 MB of it, 982 clips: 0.1419 and 768-874. So the dictionary costs three times the speed and 1.7 times the size,
+//! byte stream split saves a seventh of the size, small pages cost both; the rest lies within the noise of the clock.
 
 use super::error::CorpusError;
 use super::paths::Table;

@@ -107,15 +107,15 @@ impl FloatBlock {
         if cells == 0 {
             return;
         }
-        let n = values.len() / cells;
         let columns = &mut self.columns[column..column + cells * C::WIDTH];
-        for column in columns.iter_mut() {
-            column.reserve(self.capacity.min(n.next_power_of_two().max(n)));
+        for column in columns.iter_mut().filter(|column| column.is_empty()) {
+            column.reserve_exact(self.capacity);
         }
         for strip in values.chunks(STRIP * cells) {
             for (at, columns) in columns.chunks_exact_mut(C::WIDTH).enumerate() {
                 for (n, column) in columns.iter_mut().enumerate() {
-                    column.extend(strip[at..].iter().step_by(cells).map(|value| value.get(n)));
+                    // Of known length, so that the vector grows once a strip.
+                    column.extend(strip.chunks_exact(cells).map(|row| row[at].get(n)));
                 }
             }
         }
