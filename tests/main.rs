@@ -4,6 +4,9 @@
 mod bandai;
 mod captures;
 mod contacts;
+mod corpus;
+mod corpus_samples;
+mod corpus_tables;
 mod gaits;
 mod golden;
 mod grafts;
@@ -18,8 +21,5 @@ mod positions;
 mod procedural;
 mod quirks;
 mod round_trip;
-mod corpus;
-mod corpus_samples;
-mod corpus_tables;
 mod shared_data;
 mod tree;

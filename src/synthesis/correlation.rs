@@ -101,6 +101,20 @@ impl Footwork {
     }
 }
 
+/// Whether any alternate of a pair can be played: its map keeps the donor's speed within the settings' bounds.
+///
+/// Depends on the passes only, so that hopeless pairs are left alone before any clip is made.
+pub fn is_playable(base: (&[AnklePass], f64), donor: (&[AnklePass], f64), settings: &CorrelationSettings) -> bool {
+    let ((base, base_hz), (donor, donor_hz)) = (base, donor);
+    kept_shifts(base, donor, settings).into_iter().any(|(shift, count)| {
+        let pairs = pairs_of(base, donor, shift, count);
+        mapped(&pairs).is_some_and(|(_, frames)| {
+            let [low, high] = speed_factors(&frames, base_hz, donor_hz);
+            frames.len() > 1 && low >= settings.min_rate_factor && high <= settings.max_rate_factor
+        })
+    })
+}
+
 /// How many alternates a pair has; it depends on the passes only, so that a whole product can be counted.
 pub fn count_alternates(base: &[AnklePass], donor: &[AnklePass], settings: &CorrelationSettings) -> usize {
     kept_shifts(base, donor, settings).len()
@@ -119,10 +133,7 @@ pub fn alternates(
     let most = kept.iter().map(|&(_, count)| count).max().ok_or(Refusal::TooFewPairs)?;
     let mut found = Vec::with_capacity(kept.len());
     for (shift, count) in kept {
-        let first = (-shift).max(0);
-        let pairs: Vec<[f64; 2]> = (first..first + count as i32)
-            .map(|pass| [base.passes[pass as usize].frame, donor.passes[(pass + shift) as usize].frame])
-            .collect();
+        let pairs = pairs_of(&base.passes, &donor.passes, shift, count);
         let Some((first, donor_frames)) = mapped(&pairs) else { continue };
         if donor_frames.is_empty() {
             continue;
@@ -218,6 +229,19 @@ fn kept_shifts(base: &[AnklePass], donor: &[AnklePass], settings: &CorrelationSe
     let most = shifts.iter().map(|&(_, count)| count).max().unwrap_or(0);
     let enough = (settings.min_pairs as f64).max(settings.min_pair_share * most as f64);
     shifts.into_iter().filter(|&(_, count)| count as f64 >= enough).collect()
+}
+
+/// Frames of the passes that a shift pairs.
+fn pairs_of(base: &[AnklePass], donor: &[AnklePass], shift: i32, count: usize) -> Vec<[f64; 2]> {
+    let first = (-shift).max(0);
+    let passes = first..first + count as i32;
+    passes.map(|pass| [base[pass as usize].frame, donor[(pass + shift) as usize].frame]).collect()
+}
+
+/// Least and greatest donor speed along a map, as factors of its own.
+fn speed_factors(donor_frames: &[f64], base_hz: f64, donor_hz: f64) -> [f64; 2] {
+    let factors = donor_frames.windows(2).map(|pair| (pair[1] - pair[0]) / donor_hz * base_hz);
+    factors.fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], factor| [low.min(factor), high.max(factor)])
 }
 
 /// First base frame between the first and last pair, and the donor frames from there on.

@@ -7,9 +7,10 @@
 use super::Refusal;
 use super::action::{Action, ActionSettings, require_idle_arms};
 use super::compose::Rule;
-use super::graft::{GraftSettings, GraftedClip, graft};
+use super::correlation::{Footwork, alternates, frame_map};
+use super::graft::{GraftSettings, GraftedClip, graft, graft_timed};
 use super::parts::Part;
-use super::placement::Placement;
+use super::placement::{Placement, Timing};
 use super::subject::{Movement, Subject};
 use super::tables::Recipe;
 use crate::annotate::Gait;
@@ -28,8 +29,10 @@ pub fn make(
     let parts: Vec<Part> = recipe.chains.iter().filter_map(|chain| Part::from_name(chain)).collect();
     let rule = Rule::from_name(&recipe.rule);
     if rule.is_none_or(Rule::is_cyclic) {
-        let alternate = recipe.alternate.and_then(|alternate| usize::try_from(alternate).ok()).unwrap_or(0);
-        return graft(base, donor, &parts, &Placement::Correlated { alternate }, settings);
+        return match recipe.alternate.and_then(|alternate| usize::try_from(alternate).ok()) {
+            Some(alternate) => graft(base, donor, &parts, &Placement::Correlated { alternate }, settings),
+            None => graft_timed(base, donor, &parts, &first_playable(base, donor, settings)?, settings),
+        };
     }
     let placements = match rule.map(Rule::donor) {
         Some(Gait::Jump) => vec![at_the_same_peak(&base.movement, &donor.movement)?],
@@ -47,6 +50,19 @@ pub fn make(
         return graft(base, donor, &parts, &placement, settings);
     }
     Err(first_refusal.unwrap_or(Refusal::BadPlacement))
+}
+
+/// The timing of the cheapest alternate whose rate stays in bounds; the default's refusal if there is none.
+fn first_playable(base: &Subject, donor: &Subject, settings: &GraftSettings) -> Result<Timing, Refusal> {
+    let [on, from] = [base, donor].map(|subject| Footwork::of(&subject.movement, &settings.correlation));
+    let mut refused = None;
+    for alternate in alternates(&on, &from, &settings.correlation)? {
+        match frame_map(&alternate, &on, &from, &settings.correlation) {
+            Ok(map) => return Timing::of_map(&map, on.n_frames(), on.rate_hz),
+            Err(refusal) => refused = refused.or(Some(refusal)),
+        }
+    }
+    Err(refused.unwrap_or(Refusal::TooFewPairs))
 }
 
 fn rooms_for_the_action(

@@ -7,7 +7,7 @@
 //! from the portraits, before any clip is made, and ties go by name, so that the choice depends on nothing else.
 
 use super::compose::Rule;
-use super::correlation::{CorrelationSettings, count_alternates};
+use super::correlation::{CorrelationSettings, is_playable};
 use super::groups::{Groups, distance2};
 use super::parts::Part;
 use super::portrait::Portrait;
@@ -182,7 +182,9 @@ fn could_work(base: &Portrait, donor: &Portrait, correlation: &CorrelationSettin
         return false;
     }
     match donor.gait {
-        Gait::Walk | Gait::Run => count_alternates(&base.passes, &donor.passes, correlation) > 0,
+        Gait::Walk | Gait::Run => {
+            is_playable((&base.passes, base.rate_hz), (&donor.passes, donor.rate_hz), correlation)
+        }
         _ => {
             let clash = base.gait == Gait::Stand && (0..2).any(|side| base.active[side] && donor.active[side]);
             donor.action_s > 0.0 && donor.action_s <= base.duration_s() && !clash
@@ -199,7 +201,7 @@ fn recipe(base: &Portrait, donor: &Portrait, rule: Rule, cell: &str, seed: u64) 
         base: base.name.clone(),
         donor: Some(donor.name.clone()),
         chains: parts.into_iter().map(|part| part.name().to_owned()).collect(),
-        alternate: Some(0),
+        alternate: None,
         options: "{}".to_owned(),
         seed,
         rule: rule.name().to_owned(),

@@ -15,7 +15,7 @@ pub struct Recipe {
     pub donor: Option<String>,
     /// Chains taken from the donor.
     pub chains: Vec<String>,
-    /// Which correlation, 0 being the default one.
+    /// Which correlation, in the order of their cost from 0; None: the first that can be played.
     pub alternate: Option<i32>,
     /// Further options, JSON.
     pub options: String,
