@@ -23,3 +23,4 @@ mod quirks;
 mod round_trip;
 mod shared_data;
 mod tree;
+mod truth;
