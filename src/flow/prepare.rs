@@ -14,6 +14,11 @@ use crate::plan::{ClipFacts, Plan, PlanKeys, Stage, shard_key};
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::PathBuf;
 
+/// A corpus is cut into about so many shards at least, unless they would hold less than [`LEAST_TEXT_BYTES`].
+const SHARDS_AT_LEAST: u64 = 16;
+/// Below this a shard costs more in files than it gains in balance.
+const LEAST_TEXT_BYTES: u64 = 1 << 20;
+
 /// The work of the first dataflow, and what is to be said of the inputs.
 #[derive(Debug, Default)]
 pub(crate) struct Prepared {
@@ -159,6 +164,9 @@ fn enter(
     }
     let new: Vec<&(Input, InputHash)> = difference.new.iter().map(|&index| &readable[index]).collect();
     let new_inputs: Vec<Input> = new.iter().map(|(input, _)| input.clone()).collect();
+    // A small corpus is cut finer, so that every worker gets some of it. Depends on the inputs only.
+    let all_bytes: u64 = new_inputs.iter().map(|input| input.bytes).sum();
+    let text_bytes = text_bytes.min((all_bytes / SHARDS_AT_LEAST).max(LEAST_TEXT_BYTES));
     for shard in cut_shards(&new_inputs, text_bytes) {
         let id = ShardId::captured(manifest.next_shard);
         manifest.next_shard += 1;
