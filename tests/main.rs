@@ -13,6 +13,7 @@ mod grafts;
 mod hostile;
 mod inputs;
 mod motion;
+mod pass_shares;
 mod plain_reader;
 mod plan_hostile;
 mod plan_mistakes;

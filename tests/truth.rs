@@ -1,9 +1,9 @@
 //! Contacts and gaits against what is true of made people: labels from the footstep plan, never from poses.
 
 use motionmill::annotate::{Gait, Settings, annotate};
+use motionmill::motion::Format;
 use motionmill::motion::kinematics::poses;
 use motionmill::motion::role_assign::assign_roles;
-use motionmill::motion::Format;
 use motionmill::procedural::{corpus, make};
 
 /// Clips of the corpus that are compared: three rounds of its twenty kinds.

@@ -35,8 +35,6 @@ pub struct SelectionSettings {
 const UNMEASURED_PASS_SHARE: f64 = 0.5;
 /// Pairs of a cell that are looked at before it is given up for a round.
 const TRIES_A_ROUND: usize = 64;
-/// Rounds over all cells after which the choice ends, however little was found.
-const MAX_ROUNDS: usize = 10_000;
 
 impl Default for SelectionSettings {
     fn default() -> Self {
@@ -53,6 +51,19 @@ struct Cell {
     next: usize,
 }
 
+/// The cells of a rule, the most promising first.
+struct Queue {
+    rule: Rule,
+    cells: Vec<Cell>,
+    cursor: usize,
+}
+
+impl Cell {
+    fn is_exhausted(&self) -> bool {
+        self.next >= self.bases.len() * self.donors.len()
+    }
+}
+
 /// Chooses recipes from the product of all clips. `portraits` in the order of (source, name); `may_give` says which
 /// of them may become parents (license).
 pub fn select(
@@ -65,29 +76,49 @@ pub fn select(
     let arms: Vec<&[f64]> = portraits.iter().map(|portrait| &portrait.arms[..]).collect();
     let leg_groups = Groups::of(&legs, settings.leg_groups);
     let arm_groups = Groups::of(&arms, settings.arm_groups);
-    let mut queues = cells_by_rule(portraits, may_give, &leg_groups, &arm_groups);
+    let mut queues: Vec<Queue> = cells_by_rule(portraits, may_give, &leg_groups, &arm_groups)
+        .into_iter()
+        .map(|(rule, cells)| Queue { rule, cells, cursor: 0 })
+        .collect();
     let mut chosen = Vec::new();
     let mut taken = BTreeSet::new();
-    for _ in 0..MAX_ROUNDS {
-        let before = chosen.len();
-        let most = queues.values().map(Vec::len).max().unwrap_or(0);
-        for place in 0..most {
-            for (rule, cells) in queues.iter_mut() {
-                if chosen.len() == settings.select {
-                    return chosen;
-                }
-                let Some(cell) = cells.get_mut(place) else { continue };
-                if let Some((base, donor)) = next_pair(cell, portraits, correlation, &mut taken) {
-                    chosen.push(recipe(&portraits[base], &portraits[donor], *rule, &cell.name, settings.seed));
+    while chosen.len() < settings.select && !queues.is_empty() {
+        // Rules take turns; one that has nothing left drops out.
+        queues.retain_mut(|queue| {
+            if chosen.len() == settings.select {
+                return true;
+            }
+            let Some((cell, base, donor)) = queue.next(portraits, correlation, &mut taken) else { return false };
+            chosen.push(recipe(&portraits[base], &portraits[donor], queue.rule, &cell, settings.seed));
+            true
+        });
+    }
+    chosen
+}
+
+impl Queue {
+    /// The next pair of the rule: one a cell, then the second of each cell, and so on.
+    fn next(
+        &mut self,
+        portraits: &[Portrait],
+        correlation: &CorrelationSettings,
+        taken: &mut BTreeSet<(usize, usize)>,
+    ) -> Option<(String, usize, usize)> {
+        loop {
+            let before = self.cells.iter().filter(|cell| !cell.is_exhausted()).count();
+            if before == 0 {
+                return None;
+            }
+            for _ in 0..self.cells.len() {
+                let place = self.cursor;
+                self.cursor = (self.cursor + 1) % self.cells.len();
+                let cell = &mut self.cells[place];
+                if let Some((base, donor)) = next_pair(cell, portraits, correlation, taken) {
+                    return Some((cell.name.clone(), base, donor));
                 }
             }
         }
-        let exhausted = queues.values().flatten().all(|cell| cell.next >= cell.bases.len() * cell.donors.len());
-        if exhausted || (chosen.len() == before && most == 0) {
-            break;
-        }
     }
-    chosen
 }
 
 /// Cells of every rule, the most promising first.
@@ -149,7 +180,7 @@ fn next_pair(
 ) -> Option<(usize, usize)> {
     let (n_bases, n_donors) = (cell.bases.len(), cell.donors.len());
     for _ in 0..TRIES_A_ROUND {
-        if cell.next >= n_bases * n_donors {
+        if cell.is_exhausted() {
             return None;
         }
         let (i, j) = diagonal(cell.next, n_bases, n_donors);
