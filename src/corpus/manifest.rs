@@ -116,12 +116,26 @@ impl Manifest {
         self.products.get(rule)?.parse().ok()
     }
 
-    /// Puts it in the corpus, atomically.
+    /// Puts it in the corpus, atomically; one that says the same is left as it is.
     ///
     /// # Errors
     /// The file system's refusals.
     pub fn put(&self, store: &Store) -> Result<(), CorpusError> {
-        store.put_atomic(MANIFEST, &seal(self, &store.path(MANIFEST))?)
+        let bytes = seal(self, &store.path(MANIFEST))?;
+        if store.read(MANIFEST)?.is_some_and(|there| there == bytes) {
+            return Ok(());
+        }
+        store.put_atomic(MANIFEST, &bytes)
+    }
+
+    /// Takes back the keys of stages and puts the manifest, before the stages' files are replaced: killed between files
+    /// and key, a run would leave files that are not what their old key says.
+    ///
+    /// # Errors
+    /// As [`Manifest::put`].
+    pub fn forget<'a>(&mut self, stages: impl IntoIterator<Item = &'a str>, store: &Store) -> Result<(), CorpusError> {
+        stages.into_iter().for_each(|stage| drop(self.stages.remove(stage)));
+        self.put(store)
     }
 
     /// Reads it; None: there is none yet.

@@ -120,6 +120,15 @@ impl ShardRecord {
         !self.keys.ingest.is_empty()
     }
 
+    /// Empties the keys of stages that a file of is not there any more, so that they are made anew.
+    pub fn forget_lost(&mut self, store: &Store) {
+        for file in self.files.iter().filter(|file| !store.is_there(&file.path)) {
+            if let Some(table) = Table::of_file(&file.path) {
+                self.keys.set(table.stage(), "");
+            }
+        }
+    }
+
     /// The file of a table, if the table was made.
     pub fn file(&self, table: Table, layout: &str) -> Option<&FileRecord> {
         let path = self.shard.file(table, layout);

@@ -34,16 +34,15 @@ pub(super) fn parse(work: &mut Work, settings: &RunSettings, catalog: Option<&Ca
     let job = work.job().clone();
     match &job.origin {
         ClipOrigin::Recipe(_) => Ok(()),
-        ClipOrigin::Stored => {
-            let stored = || {
-                let catalog = catalog.ok_or_else(|| CorpusError::NotThere { what: "the catalog".to_owned() })?;
-                let shard = catalog.shard_of(job.clip_id)?;
-                Ok((shard.motion(job.clip_id)?, shard.skeleton(job.clip_id)?.roles.clone()))
-            };
-            let (clip, roles) = stored().map_err(|error| damaged(&error))?;
-            work.clip = Some(Arc::new(clip));
-            work.roles = roles;
-            Ok(())
+        ClipOrigin::Stored => take_stored(work, catalog),
+        ClipOrigin::Kept(kept) => {
+            work.notices.clone_from(&kept.notices);
+            if kept.row.is_some() {
+                return take_stored(work, catalog);
+            }
+            let fault = work.notices.iter().position(|notice| notice.severity == Severity::Fault);
+            let missing = CorpusError::NotThere { what: format!("clip {}", job.clip_id) };
+            Err(fault.map_or_else(|| damaged(&missing), |at| work.notices.remove(at)).into())
         }
         ClipOrigin::File(file) => {
             let motion = parse_text(file, &text, settings, &mut work.notices)?;
@@ -55,6 +54,21 @@ pub(super) fn parse(work: &mut Work, settings: &RunSettings, catalog: Option<&Ca
             settle(work, file, motion, settings)
         }
     }
+}
+
+/// Takes the channels, the roles and the skeleton's header that the corpus has.
+fn take_stored(work: &mut Work, catalog: Option<&Catalog>) -> Result<(), Out> {
+    let clip_id = work.job().clip_id;
+    let stored = || {
+        let catalog = catalog.ok_or_else(|| CorpusError::NotThere { what: "the catalog".to_owned() })?;
+        let shard = catalog.shard_of(clip_id)?;
+        Ok((shard.motion(clip_id)?, shard.skeleton(clip_id)?))
+    };
+    let (clip, skeleton) = stored().map_err(|error| damaged(&error))?;
+    work.clip = Some(Arc::new(clip));
+    work.roles = skeleton.roles.clone();
+    work.facts.header.clone_from(&skeleton.header);
+    Ok(())
 }
 
 /// World positions, and rotations where a table wants them.

@@ -5,10 +5,11 @@ use super::tree::facts;
 use super::work::{ClipJob, ClipOrigin, RecipeJob, ShardJob, Todo};
 use crate::annotate::Gait;
 use crate::corpus::{
-    Catalog, ClipRow, CorpusError, FileNotes, FileRecord, Manifest, ShardId, ShardKind, ShardRecord, StageKeys,
-    read_recipes, read_records, remove_shard, write_made, write_recipes,
+    Catalog, ClipRow, CorpusError, FileNotes, Manifest, ShardId, ShardKind, ShardRecord, StageKeys, read_recipes,
+    read_records, remove_shard, write_made, write_recipes,
 };
 use crate::motion::{Clip, RoleMap};
+use crate::plan::keys::digest;
 use crate::plan::{ClipFilter, PlanKeys, shard_key};
 use crate::synthesis::judge::Measure;
 use crate::synthesis::portrait::Portrait;
@@ -22,8 +23,9 @@ const RECIPES_A_SHARD: usize = 20;
 /// Source of made clips.
 const SOURCE: &str = "grafts";
 
-const RECIPES_KEY: &str = "recipes";
+pub(super) const RECIPES_KEY: &str = "recipes";
 const MAKE_KEY: &str = "make";
+pub(super) const MADE_KEY: &str = "made";
 const FIRST_CLIP: &str = "make/first_clip_id";
 const FIRST_SHARD: &str = "make/first_shard";
 
@@ -49,7 +51,13 @@ pub(crate) fn plan_enrichment(
         choose(filter, no_derivatives, catalog, manifest, context)?
     };
     let make_key = shard_key(&keys.judge, &[keys.make.clone(), recipes_key.clone()]);
+    if manifest.stages.get(RECIPES_KEY) != Some(&recipes_key) {
+        manifest.forget([RECIPES_KEY], &context.store)?;
+        manifest.note_files([write_recipes(&context.store, &recipes, &FileNotes::new())?]);
+        manifest.stages.insert(RECIPES_KEY.to_owned(), recipes_key);
+    }
     if manifest.stages.get(MAKE_KEY) != Some(&make_key) {
+        manifest.forget([MAKE_KEY], &context.store)?;
         for record in read_records(&context.store)?.iter().filter(|record| record.shard.kind == ShardKind::Made) {
             remove_shard(&context.store, record)?;
         }
@@ -57,24 +65,35 @@ pub(crate) fn plan_enrichment(
         manifest.stages.insert(FIRST_SHARD.to_owned(), manifest.next_made_shard.to_string());
         manifest.next_clip_id += recipes.len() as u32;
         manifest.next_made_shard += recipes.len().div_ceil(RECIPES_A_SHARD) as u32;
-        manifest.note_files([write_recipes(&context.store, &recipes, &FileNotes::new())?]);
-        manifest.stages.insert(RECIPES_KEY.to_owned(), recipes_key);
         manifest.stages.insert(MAKE_KEY.to_owned(), make_key.clone());
-        manifest.put(&context.store)?;
     }
+    manifest.put(&context.store)?;
     let shards = shards_of(&recipes, &make_key, keys, catalog, manifest, context)?;
     Ok((recipes, shards))
 }
 
-/// Writes `made` from the records of the made shards, in the order of the recipes.
-pub(crate) fn write_made_table(recipes: &[Recipe], context: &MillContext) -> Result<FileRecord, CorpusError> {
+/// Writes `made` from the records of the made shards, in the order of the recipes, unless its key says that it is there.
+/// Answers whether it did.
+pub(crate) fn write_made_table(
+    recipes: &[Recipe],
+    manifest: &mut Manifest,
+    context: &MillContext,
+) -> Result<bool, CorpusError> {
     let mut rows = BTreeMap::<String, Made>::new();
     for record in read_records(&context.store)?.into_iter().filter(|record| record.shard.kind == ShardKind::Made) {
         rows.extend(record.made.into_iter().map(|made| (made.recipe.clone(), made)));
     }
     let ordered: Vec<Made> = recipes.iter().filter_map(|recipe| rows.remove(&recipe.recipe)).collect();
+    let key = shard_key(MADE_KEY, &[digest(&serde_json::json!(ordered))]);
+    if manifest.stages.get(MADE_KEY) == Some(&key) {
+        return Ok(false);
+    }
+    manifest.forget([MADE_KEY], &context.store)?;
     let figures: Vec<&str> = Measure::ALL.iter().map(|measure| measure.name()).collect();
-    write_made(&context.store, &ordered, &figures, &FileNotes::new())
+    manifest.note_files([write_made(&context.store, &ordered, &figures, &FileNotes::new())?]);
+    manifest.stages.insert(MADE_KEY.to_owned(), key);
+    manifest.put(&context.store)?;
+    Ok(true)
 }
 
 fn choose(
@@ -163,8 +182,13 @@ fn shards_of(
     let mut order: Vec<usize> = (0..recipes.len()).collect();
     order.sort_by(|&a, &b| (&recipes[a].base, &recipes[a].donor, a).cmp(&(&recipes[b].base, &recipes[b].donor, b)));
     let names = names_of(recipes);
-    let done: BTreeMap<ShardId, StageKeys> =
-        read_records(&context.store)?.into_iter().map(|record| (record.shard, record.keys)).collect();
+    let done: BTreeMap<ShardId, StageKeys> = read_records(&context.store)?
+        .into_iter()
+        .map(|mut record| {
+            record.forget_lost(&context.store);
+            (record.shard, record.keys)
+        })
+        .collect();
     let mut shards = Vec::new();
     for (place, chunk) in order.chunks(RECIPES_A_SHARD).enumerate() {
         let shard = ShardId::made(first_shard + place as u32);

@@ -2,7 +2,9 @@
 
 use super::gauges::Station;
 use super::graph_collections::GraphCollections;
+use super::halt::Halt;
 use super::mill::MillContext;
+use super::shard_writer::fatal_text;
 use super::tree::TREE;
 use crate::annotate::{Features, PlantState};
 use crate::cluster::{
@@ -20,7 +22,7 @@ use timely::worker::Worker;
 /// Why the graph could not be made.
 #[derive(Debug, thiserror::Error)]
 #[allow(missing_docs, reason = "the messages say it")]
-pub enum GraphError {
+pub(crate) enum GraphError {
     #[error(transparent)]
     Corpus(#[from] CorpusError),
     #[error("the tree of this corpus is not what it was written as: {0}")]
@@ -48,27 +50,28 @@ struct StateTree {
     vectors: Vec<Vector>,
 }
 
-/// Makes the graph's tables. All workers take part; worker 0 has the clips and gets the tables.
-pub(crate) fn make_graph(
-    worker: &mut Worker,
-    wanted: bool,
-    context: &MillContext,
-) -> Result<Option<GraphTables>, GraphError> {
+/// Makes the graph's tables. All workers take part; worker 0 has the clips and gets the tables. What it can't read
+/// halts the run; the others don't wait for it, and are to ask whether that is so.
+pub(crate) fn make_graph(worker: &mut Worker, wanted: bool, context: &MillContext) -> Option<GraphTables> {
     let start = Instant::now();
     let mut collections = GraphCollections::open(worker);
     let mut input = None;
     if wanted && worker.index() == 0 {
-        input = Some(read_trees(context)?);
+        match read_trees(context) {
+            Ok(trees) => input = Some(trees),
+            Err(GraphError::Corpus(error)) => context.flag.halt(Halt::Fatal(fatal_text(&error))),
+            Err(error @ GraphError::Tree(_)) => context.flag.halt(Halt::Fatal(error.to_string())),
+        }
     }
     let clips: Vec<ClipRuns> = input.as_ref().map(|(_, _, clips)| clips.clone()).unwrap_or_default();
     collections.update(worker, clips.into_iter().map(|clip| (clip, 1)).collect());
-    let Some((trees, cuts, clips)) = input else { return Ok(None) };
+    let (trees, cuts, clips) = input?;
     let (edges, visits) = (collections.edges(), collections.visits());
     let mut sequences: Vec<Sequence> = clips.iter().flat_map(sequences).collect();
     sequences.sort_unstable();
     let tables = describe(&trees, &cuts, sequences, edges, &visits, context);
     context.gauges.spent(Station::Graph, start.elapsed());
-    Ok(Some(tables))
+    Some(tables)
 }
 
 /// Writes the three tables.

@@ -28,6 +28,9 @@ pub fn install_panic_hook(report: impl Fn(&str) + Send + Sync + 'static) {
             }
         }
         let what = payload_text(info.payload());
+        if what.starts_with("failed printing to std") {
+            std::process::exit(0); // nobody reads any more: a closed pipe ends quietly
+        }
         let line = if what.starts_with("timely communication error:") {
             "error: another process of this run was lost".to_owned()
         } else {
@@ -59,11 +62,52 @@ fn payload_text(payload: &(dyn Any + Send)) -> String {
 
 #[cfg(test)]
 mod tests {
+    #![expect(clippy::unwrap_used, reason = "tests")]
     use super::*;
 
     #[test]
     fn a_panic_in_the_work_on_a_clip_comes_back_as_its_message() {
         assert_eq!(guarded(|| 3), Ok(3));
         assert_eq!(guarded(|| -> i32 { panic!("frame {}", 7) }), Err("frame 7".to_owned()));
+    }
+
+    const AS_CHILD: &str = "MOTIONMILL_TEST_PANICS";
+
+    /// Two workers, of which one panics; the other would wait for it for ever. Runs in a child process.
+    #[test]
+    fn a_panic_of_a_worker_ends_the_process() {
+        if std::env::var_os(AS_CHILD).is_some() {
+            install_panic_hook(|line| eprintln!("{line}"));
+            let guards = timely::execute(timely::Config::process(2), |worker| {
+                assert_ne!(worker.index(), 1, "a bug of ours");
+                crate::flow::agree::agree(worker, &crate::flow::halt::HaltFlag::default())
+            });
+            drop(guards);
+            return;
+        }
+        let name = "flow::guard::tests::a_panic_of_a_worker_ends_the_process";
+        let mut child = std::process::Command::new(std::env::current_exe().unwrap())
+            .args([name, "--exact", "--nocapture"])
+            .env(AS_CHILD, "1")
+            .stdout(std::process::Stdio::null())
+            .stderr(std::process::Stdio::piped())
+            .spawn()
+            .unwrap();
+        let start = std::time::Instant::now();
+        let status = loop {
+            if let Some(status) = child.try_wait().unwrap() {
+                break status;
+            }
+            if start.elapsed().as_secs() > 60 {
+                child.kill().unwrap();
+                panic!("the process hangs");
+            }
+            std::thread::sleep(std::time::Duration::from_millis(20));
+        };
+        let mut said = String::new();
+        std::io::Read::read_to_string(&mut child.stderr.take().unwrap(), &mut said).unwrap();
+        assert_eq!(status.code(), Some(1), "{said}");
+        assert_eq!(said.matches("error: a bug in motionmill").count(), 1, "{said}");
+        assert!(said.contains("a bug of ours"), "{said}");
     }
 }

@@ -13,11 +13,11 @@ pub enum Halt {
     Fatal(String),
 }
 
-/// The process' flag: set once, seen by the sources, which stop taking shards.
+/// The process' flag, seen by the sources, which stop taking shards.
 #[derive(Debug, Default)]
 pub struct HaltFlag {
     interrupted: AtomicBool,
-    halt: OnceLock<Halt>,
+    fatal: OnceLock<String>,
 }
 
 impl HaltFlag {
@@ -26,15 +26,25 @@ impl HaltFlag {
         !self.interrupted.swap(true, Ordering::SeqCst)
     }
 
-    /// Ends the run; the first reason stays.
+    /// Ends the run; the first fatal reason stays.
     pub fn halt(&self, halt: Halt) {
-        let _ = self.halt.set(halt);
+        match halt {
+            Halt::Interrupted => self.interrupted.store(true, Ordering::SeqCst),
+            Halt::Fatal(text) => {
+                let _ = self.fatal.set(text);
+            }
+        }
+    }
+
+    /// Whether it ends for a reason that leaves no work trustworthy but what was committed.
+    pub fn is_fatal(&self) -> bool {
+        self.fatal.get().is_some()
     }
 
     /// The reason, if there is one.
     pub fn reason(&self) -> Option<Halt> {
-        if let Some(halt) = self.halt.get() {
-            return Some(halt.clone());
+        if let Some(text) = self.fatal.get() {
+            return Some(Halt::Fatal(text.clone()));
         }
         self.interrupted.load(Ordering::SeqCst).then_some(Halt::Interrupted)
     }
@@ -53,6 +63,7 @@ mod tests {
         assert_eq!(flag.reason(), Some(Halt::Interrupted));
         flag.halt(Halt::Fatal("disk full".into()));
         flag.halt(Halt::Fatal("later".into()));
+        flag.halt(Halt::Interrupted);
         assert_eq!(flag.reason(), Some(Halt::Fatal("disk full".into())));
     }
 }

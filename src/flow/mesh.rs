@@ -8,8 +8,10 @@ use std::io::{ErrorKind, Read, Write};
 use std::net::{TcpListener, TcpStream, ToSocketAddrs};
 use std::time::{Duration, Instant};
 
-const MAGIC: &[u8; 8] = b"mmill\0v1";
-const HELLO_BYTES: usize = 8 + 8 + 8 + 32;
+const MAGIC: &[u8; 8] = b"mmill\0v2";
+const HELLO_BYTES: usize = 8 + 8 + 8 + 32 + 32;
+/// Bytes of a run's token; all zero from a process that does not hold the corpus.
+pub(crate) const TOKEN_BYTES: usize = 32;
 const RETRY: Duration = Duration::from_millis(20);
 
 /// Who takes part in a run.
@@ -39,46 +41,65 @@ pub enum MeshError {
         "process {process} ({address}) runs another {what}\n  why: all processes must mill the same plan\n  try: the same program, pipeline, config, --set and -w everywhere"
     )]
     Differs { process: usize, address: String, what: &'static str },
+    #[error("interrupted while waiting for the other processes")]
+    Interrupted,
 }
 
-struct Hello {
-    process: u64,
-    workers: u64,
-    digest: [u8; 32],
+/// What a process says of itself before anything else.
+#[derive(Clone, Debug)]
+pub(crate) struct Hello {
+    pub(crate) process: u64,
+    pub(crate) workers: u64,
+    /// Of the plan.
+    pub(crate) digest: [u8; 32],
+    /// Of the run; from process 0, which holds the corpus.
+    pub(crate) token: [u8; TOKEN_BYTES],
 }
 
-/// Connects this process to all others. The answer has a socket for each of them, and None for itself.
+/// The others, as seen from one process.
+#[derive(Debug)]
+pub(crate) struct Mesh {
+    /// A socket for each process; None for this one.
+    pub(crate) sockets: Vec<Option<TcpStream>>,
+    /// Process 0's.
+    pub(crate) token: [u8; TOKEN_BYTES],
+}
+
+/// Connects this process to all others.
 pub(crate) fn connect(
     hosts: &Hosts,
-    workers: usize,
-    digest: [u8; 32],
+    hello: &Hello,
+    stop: impl Fn() -> bool,
     mut waiting: impl FnMut(&str),
-) -> Result<Vec<Option<TcpStream>>, MeshError> {
+) -> Result<Mesh, MeshError> {
     let me = hosts.process;
     let bind_error = |source| MeshError::Bind { process: me, address: hosts.addresses[me].clone(), source };
     let listener = TcpListener::bind(&hosts.addresses[me]).map_err(bind_error)?;
     listener.set_nonblocking(true).map_err(bind_error)?;
     let mut sockets: Vec<Option<TcpStream>> = hosts.addresses.iter().map(|_| None).collect();
-    let hello = Hello { process: me as u64, workers: workers as u64, digest };
+    let mut token = hello.token;
     let start = Instant::now();
     let mut told = Duration::ZERO;
     loop {
         for process in 0..me {
             if sockets[process].is_none()
                 && let Some(socket) = dial(&hosts.addresses[process])
-                && let Some(theirs) = greet(&socket, &hello)
+                && let Some(theirs) = greet(&socket, hello)
             {
-                check(&theirs, process, hosts, &hello)?;
+                check(&theirs, process, hosts, hello)?;
+                if process == 0 {
+                    token = theirs.token;
+                }
                 sockets[process] = Some(socket);
             }
         }
         while let Ok((socket, _)) = listener.accept() {
             if socket.set_nonblocking(false).is_ok()
-                && let Some(theirs) = greet(&socket, &hello)
+                && let Some(theirs) = greet(&socket, hello)
             {
                 let process = theirs.process as usize;
                 if process > me && process < sockets.len() {
-                    check(&theirs, process, hosts, &hello)?;
+                    check(&theirs, process, hosts, hello)?;
                     sockets[process] = Some(socket);
                 }
             }
@@ -88,7 +109,10 @@ pub(crate) fn connect(
             .map(|process| format!("{process} ({})", hosts.addresses[process]))
             .collect();
         if missing.is_empty() {
-            return Ok(sockets);
+            return Ok(Mesh { sockets, token });
+        }
+        if stop() {
+            return Err(MeshError::Interrupted);
         }
         if start.elapsed() > hosts.deadline {
             return Err(MeshError::Deadline { seconds: hosts.deadline.as_secs(), missing: missing.join(", ") });
@@ -115,6 +139,7 @@ fn greet(mut socket: &TcpStream, hello: &Hello) -> Option<Hello> {
     bytes.extend_from_slice(&hello.process.to_le_bytes());
     bytes.extend_from_slice(&hello.workers.to_le_bytes());
     bytes.extend_from_slice(&hello.digest);
+    bytes.extend_from_slice(&hello.token);
     socket.write_all(&bytes).ok()?;
     let mut theirs = [0; HELLO_BYTES];
     match socket.read_exact(&mut theirs) {
@@ -129,7 +154,8 @@ fn greet(mut socket: &TcpStream, hello: &Hello) -> Option<Hello> {
     Some(Hello {
         process: u64::from_le_bytes(theirs[8..16].try_into().ok()?),
         workers: u64::from_le_bytes(theirs[16..24].try_into().ok()?),
-        digest: theirs[24..].try_into().ok()?,
+        digest: theirs[24..56].try_into().ok()?,
+        token: theirs[56..].try_into().ok()?,
     })
 }
 
@@ -161,22 +187,30 @@ mod tests {
         Hosts { addresses: addresses.to_vec(), process, deadline: Duration::from_secs(5) }
     }
 
+    fn meet(hosts: &Hosts, plan: u8) -> Result<Mesh, MeshError> {
+        let token = [b'0' + hosts.process as u8; TOKEN_BYTES];
+        let hello = Hello { process: hosts.process as u64, workers: 2, digest: [plan; 32], token };
+        connect(hosts, &hello, || false, |_| ())
+    }
+
     #[test]
     fn two_processes_meet_when_they_run_the_same_plan() {
         let addresses = two_addresses();
         let other = hosts(&addresses, 1);
-        let peer = std::thread::spawn(move || connect(&other, 2, [7; 32], |_| ()).map(|sockets| sockets.len()));
-        let sockets = connect(&hosts(&addresses, 0), 2, [7; 32], |_| ()).unwrap();
-        assert!(sockets[0].is_none() && sockets[1].is_some());
-        assert_eq!(peer.join().unwrap().unwrap(), 2);
+        let peer = std::thread::spawn(move || meet(&other, 7));
+        let mesh = meet(&hosts(&addresses, 0), 7).unwrap();
+        assert!(mesh.sockets[0].is_none() && mesh.sockets[1].is_some());
+        let theirs = peer.join().unwrap().unwrap();
+        assert!(theirs.sockets[0].is_some() && theirs.sockets[1].is_none());
+        assert_eq!([mesh.token, theirs.token], [[b'0'; TOKEN_BYTES]; 2], "both have the token of process 0");
     }
 
     #[test]
     fn a_peer_with_another_plan_is_refused_by_both() {
         let addresses = two_addresses();
         let other = hosts(&addresses, 1);
-        let peer = std::thread::spawn(move || connect(&other, 2, [8; 32], |_| ()).map(|_| ()));
-        assert!(matches!(connect(&hosts(&addresses, 0), 2, [7; 32], |_| ()), Err(MeshError::Differs { .. })));
+        let peer = std::thread::spawn(move || meet(&other, 8));
+        assert!(matches!(meet(&hosts(&addresses, 0), 7), Err(MeshError::Differs { .. })));
         assert!(matches!(peer.join().unwrap(), Err(MeshError::Differs { .. })));
     }
 
@@ -184,7 +218,7 @@ mod tests {
     fn a_peer_that_never_comes_ends_the_wait() {
         let mut alone = hosts(&two_addresses(), 0);
         alone.deadline = Duration::from_millis(100);
-        let error = connect(&alone, 1, [0; 32], |_| ()).unwrap_err();
+        let error = meet(&alone, 7).unwrap_err();
         assert!(error.to_string().contains("1 (127.0.0.1:"), "{error}");
     }
 }

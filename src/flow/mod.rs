@@ -9,9 +9,10 @@
 //!   nothing (`tickets`, `shard_source`, `lane`).
 //! - Arithmetic lives in the pure rooms; operators hold state and time (`per_clip`, `clip_stages`, `make_stages`).
 //! - Nothing is written but by `shard_writer`, the two table writers of the cluster dataflow, and worker 0's folds.
+//! - Between dataflows all workers meet, and go on or leave together (`agree`): one that left alone would hang the rest.
 //! - Nothing prints: `gauges` are read, `halt` and `guard` say how a run ends.
 
-mod barrier;
+mod agree;
 mod clip_stages;
 mod enrich;
 pub mod gauges;
@@ -33,5 +34,25 @@ mod tickets;
 mod tree;
 mod work;
 
-pub use graph::GraphError;
 pub use run::{RunError, RunReport, RunRequest, run};
+
+/// Clips without text of one shard, for tests of operators: at the first time of worker 0, and nothing after.
+#[cfg(test)]
+fn source_of_works(
+    scope: timely::dataflow::Scope<'_, lane::Lane>,
+    n_clips: usize,
+) -> timely::dataflow::Stream<'_, lane::Lane, Vec<work::Work>> {
+    use timely::container::CapacityContainerBuilder;
+    use timely::dataflow::operators::generic::operator::source;
+    let shard = std::sync::Arc::new(work::ShardJob::of_stored(n_clips as u32));
+    source::<_, CapacityContainerBuilder<Vec<work::Work>>, _, _>(scope, "Works", move |mut capability, _| {
+        capability.downgrade(&lane::Lane::At(0, 0));
+        let mut capability = Some(capability);
+        move |output| {
+            if let Some(capability) = capability.take() {
+                let mut session = output.session(&capability);
+                (0..n_clips).for_each(|index| session.give(work::Work::new(std::sync::Arc::clone(&shard), 0, index)));
+            }
+        }
+    })
+}

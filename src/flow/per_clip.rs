@@ -60,3 +60,41 @@ fn bug(station: Station, panic: &str) -> Notice {
         remedy: "report it with the file".to_owned(),
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::super::source_of_works;
+    use super::*;
+    use std::cell::RefCell;
+    use std::rc::Rc;
+
+    #[test]
+    fn a_panic_in_the_work_on_a_clip_takes_out_that_clip_alone() {
+        let (passed, faulted) = timely::execute_directly(|worker| {
+            let (passed, faulted) = (Rc::new(RefCell::new(Vec::new())), Rc::new(RefCell::new(Vec::new())));
+            let (good, bad) = (Rc::clone(&passed), Rc::clone(&faulted));
+            worker.dataflow::<Lane, _, _>(|scope| {
+                let gauges = Arc::new(Gauges::default());
+                let (clips, faults) = per_clip(source_of_works(scope, 4), Station::Features, gauges, |work| {
+                    assert_ne!(work.index, 2, "a bug of ours");
+                    Ok(())
+                });
+                clips.sink(Pipeline, "Good", move |(input, _)| {
+                    input.for_each_stamp(|_, batch| {
+                        good.borrow_mut().extend(batch.flat_map(|batch| batch.drain(..)).map(|work| work.index));
+                    });
+                });
+                faults.sink(Pipeline, "Bad", move |(input, _)| {
+                    input.for_each_stamp(|_, batch| bad.borrow_mut().extend(batch.flat_map(|batch| batch.drain(..))));
+                });
+            });
+            while worker.step() {}
+            (passed.take(), faulted.take())
+        });
+        assert_eq!(passed, [0, 1, 3]);
+        assert_eq!(faulted.iter().map(|faulted| faulted.index).collect::<Vec<_>>(), [2]);
+        let notice = &faulted[0].notices[0];
+        assert_eq!((notice.severity, notice.kind.as_str()), (Severity::Fault, "internal-error"));
+        assert!(notice.message.contains("stage features") && notice.message.contains("a bug of ours"), "{notice:?}");
+    }
+}

@@ -4,7 +4,7 @@
 //! before any work: a run that is killed finds the same shards again.
 
 use super::run::RunError;
-use super::work::{ClipJob, ClipOrigin, FileJob, ShardJob, Todo};
+use super::work::{ClipJob, ClipOrigin, FileJob, KeptJob, ShardJob, Todo};
 use crate::corpus::{
     ClipEntry, ClipState, FaultRow, Manifest, ShardId, ShardKind, ShardRecord, StageKeys, Store, read_records,
     remove_shard,
@@ -85,7 +85,8 @@ pub(crate) fn prepare(
     }
     enter(&readable, &found, plan.config.shards.text_bytes, prune, manifest, &mut prepared);
     manifest.put(store)?;
-    let records = read_records(store)?;
+    let mut records = read_records(store)?;
+    records.iter_mut().for_each(|record| record.forget_lost(store));
     remove_empty_shards(store, manifest, &records)?;
     let keys = plan.keys();
     prepared.shards =
@@ -221,31 +222,52 @@ fn jobs(
             })
             .collect();
         let record = records_of.get(&shard).copied();
-        // Clips of sources that were not named this time can't be read; their shards keep what they have.
         let all_there = clips.iter().all(|(source, name, _)| found.contains_key(&(*source, *name)));
+        // What a clip whose file is not there was read with can't be told: its shard counts as read as it should be.
+        let ingest = match record {
+            Some(record) if !all_there && record.is_whole() => record.keys.ingest.clone(),
+            _ => shard_key(&keys.ingest, &clip_keys),
+        };
+        let rests_on = [ingest.clone()];
         let wanted = StageKeys {
-            ingest: shard_key(&keys.ingest, &clip_keys),
-            features: if plan.has(Stage::Features) { shard_key(&keys.features, &clip_keys) } else { String::new() },
-            labels: if plan.has(Stage::Contacts) { shard_key(&keys.labels, &clip_keys) } else { String::new() },
+            ingest,
+            features: if plan.has(Stage::Features) { shard_key(&keys.features, &rests_on) } else { String::new() },
+            labels: if plan.has(Stage::Contacts) { shard_key(&keys.labels, &rests_on) } else { String::new() },
         };
         let has = |of: fn(&StageKeys) -> &String| {
             let want = of(&wanted);
             want.is_empty() || record.is_some_and(|record| of(&record.keys) == want)
         };
-        let unread = record.is_none_or(|record| !record.is_whole());
-        let todo = if unread || (all_there && !has(|keys| &keys.ingest)) {
-            if !all_there {
-                continue;
-            }
+        // Without stored channels, or with no clip in the tables, there is nothing to make other tables from.
+        let stored = plan.config.tables.channels && record.is_some_and(|record| !record.clips.is_empty());
+        let todo = if !has(|keys| &keys.ingest) {
             Todo::Everything
-        } else if !all_there || (has(|keys| &keys.features) && has(|keys| &keys.labels)) {
+        } else if has(|keys| &keys.features) && has(|keys| &keys.labels) {
             *finished += clips.len();
             continue;
-        } else {
+        } else if stored {
             Todo::Again { features: !has(|keys| &keys.features), labels: !has(|keys| &keys.labels) }
+        } else if all_there {
+            Todo::Everything
+        } else {
+            *finished += clips.len();
+            continue;
         };
         let kept = record.map(|record| record.keys.clone()).unwrap_or_default();
         let or_kept = |want: &str, kept: &str| if want.is_empty() { kept.to_owned() } else { want.to_owned() };
+        let origin = |source: &str, name: &str, clip: &ClipEntry| match (todo, found.get(&(source, name))) {
+            (Todo::Everything, Some((input, _))) => Some(ClipOrigin::File(Box::new(FileJob {
+                path: input.path.clone(),
+                asf: input.asf.clone(),
+                blake3: clip.blake3.clone(),
+                skeleton_blake3: clip.skeleton_blake3.clone(),
+                settings: input.settings.clone(),
+                procedural,
+            }))),
+            // Its file is not there, or not among this run's inputs: what the corpus has of it stays.
+            (Todo::Everything, None) => kept_job(clip.clip_id, records).map(|kept| ClipOrigin::Kept(Box::new(kept))),
+            _ => record.is_some_and(|record| record.clip(clip.clip_id).is_some()).then_some(ClipOrigin::Stored),
+        };
         let job = ShardJob {
             shard,
             replaces: replaced.get(&shard).cloned().unwrap_or_default(),
@@ -260,28 +282,17 @@ fn jobs(
             },
             clips: clips
                 .iter()
-                .filter(|(.., clip)| {
-                    todo == Todo::Everything || record.is_some_and(|record| record.clip(clip.clip_id).is_some())
-                })
-                .map(|(source, name, clip)| ClipJob {
-                    clip_id: clip.clip_id,
-                    source: (*source).to_owned(),
-                    name: (*name).to_owned(),
-                    origin: match (todo, found.get(&(*source, *name))) {
-                        (Todo::Everything, Some((input, _))) => ClipOrigin::File(Box::new(FileJob {
-                            path: input.path.clone(),
-                            asf: input.asf.clone(),
-                            blake3: clip.blake3.clone(),
-                            skeleton_blake3: clip.skeleton_blake3.clone(),
-                            settings: input.settings.clone(),
-                            procedural,
-                        })),
-                        _ => ClipOrigin::Stored,
-                    },
+                .filter_map(|&(source, name, clip)| {
+                    let origin = origin(source, name, clip)?;
+                    Some(ClipJob { clip_id: clip.clip_id, source: source.to_owned(), name: name.to_owned(), origin })
                 })
                 .collect(),
         };
-        *to_read += if todo == Todo::Everything { job.clips.len() } else { 0 };
+        let to_parse = job.clips.iter().filter(|clip| matches!(clip.origin, ClipOrigin::File(_))).count();
+        if todo == Todo::Everything && to_parse == 0 {
+            continue; // none of its files is there
+        }
+        *to_read += to_parse;
         let bytes = clips
             .iter()
             .filter_map(|(source, name, _)| found.get(&(*source, *name)))
@@ -291,6 +302,20 @@ fn jobs(
     }
     jobs.sort_by(|a, b| b.0.cmp(&a.0).then(a.1.shard.cmp(&b.1.shard)));
     jobs.into_iter().map(|(_, job)| job).collect()
+}
+
+/// What the corpus holds of a clip, to be taken over into another shard.
+fn kept_job(clip_id: u32, records: &[ShardRecord]) -> Option<KeptJob> {
+    let whole = records.iter().filter(|record| record.is_whole());
+    whole.into_iter().find_map(|record| {
+        let input = record.inputs.iter().find(|input| input.clip_id == clip_id)?;
+        let of_it = |row: &&FaultRow| row.source == input.source && row.name == input.name;
+        Some(KeptJob {
+            row: record.clip(clip_id).cloned(),
+            notices: record.faults.iter().filter(of_it).map(|row| row.notice.clone()).collect(),
+            input: input.clone(),
+        })
+    })
 }
 
 /// Shards that the manifest doesn't list any more, by the shard that has their clips now.

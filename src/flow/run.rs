@@ -1,25 +1,31 @@
-//! A run: inputs and plan in, a corpus out. Three dataflows one after the other, with a barrier and a fold after each.
+//! A run: inputs and plan in, a corpus out. Three dataflows one after the other; between them all workers
+//! meet, and go on or leave together.
 
-use super::barrier::barrier;
-use super::enrich::{plan_enrichment, write_made_table};
+use super::agree::agree;
+use super::enrich::{MADE_KEY, RECIPES_KEY, plan_enrichment, write_made_table};
 use super::gauges::{Gauges, Station};
-use super::graph::{GraphError, make_graph, write_graph};
+use super::graph::{make_graph, write_graph};
 use super::halt::{Halt, HaltFlag};
-use super::mesh::{Hosts, MeshError, connect};
+use super::mesh::{Hello, Hosts, MeshError, TOKEN_BYTES, connect};
 use super::mill::{MillContext, mill};
 use super::prepare::{Prepared, note_quarantined, prepare};
 use super::settings::RunSettings;
 use super::shard_writer::fatal_text;
-use super::tree::{TreePlan, grow_trees, plan_trees};
+use super::tree::{TREE, TreePlan, grow_trees, plan_trees, state_key};
 use super::work::ShardJob;
+use crate::annotate::PlantState;
 use crate::corpus::{
-    Catalog, CorpusError, FaultRow, FileNotes, Folded, Manifest, OpenCorpus, SourceTerms, Store, open_to_run,
-    read_records, write_card,
+    Catalog, ClipState, CorpusError, EDGES, FileNotes, Folded, MADE, Manifest, NODES, RECIPES, SEQUENCES, SourceTerms,
+    Store, check_token, items_file, merges_file, open_to_run, read_records, write_card,
 };
 use crate::inputs::InputError;
+use crate::plan::keys::digest;
 use crate::plan::{Plan, Stage};
+use crate::synthesis::Recipe;
+use serde_json::json;
 use std::cell::RefCell;
 use std::collections::BTreeSet;
+use std::net::TcpStream;
 use std::path::PathBuf;
 use std::rc::Rc;
 use std::sync::{Arc, Mutex};
@@ -29,6 +35,11 @@ use timely::communication::allocator::zero_copy::initialize::initialize_networki
 use timely::communication::allocator::{AllocatorBuilder, ProcessBuilder};
 use timely::worker::Worker;
 use timely::{CommunicationConfig, WorkerConfig};
+
+/// The graph's key in the manifest.
+const GRAPH_KEY: &str = "graph";
+/// The key of the tables over all shards.
+const FOLD_KEY: &str = "fold";
 
 /// What is asked for.
 #[derive(Clone, Debug)]
@@ -86,18 +97,24 @@ pub enum RunError {
     NothingToRead { faults: usize },
     #[error(transparent)]
     Mesh(#[from] MeshError),
+    #[error(
+        "{}: process 0 ({address}) is at work in another corpus\n  why: all processes of a run write one corpus\n  try: --out with the same folder everywhere, on a disk that all of them see",
+        out.display()
+    )]
+    OtherCorpus { out: PathBuf, address: String },
     #[error("{0}")]
     Fatal(String),
     #[error("interrupted")]
     Interrupted { safe: usize, of: usize },
-    #[error(transparent)]
-    Graph(#[from] GraphError),
 }
 
 /// What process 0 has and the others have not.
+#[derive(Default)]
 struct Head {
     manifest: Manifest,
     prepared: Prepared,
+    /// Whether anything had to be done.
+    worked: bool,
 }
 
 /// Runs a plan. Progress goes to the gauges; `say` gets lines for the user (waiting for a process).
@@ -113,43 +130,30 @@ pub fn run(
     let leads = request.hosts.as_ref().is_none_or(|hosts| hosts.process == 0);
     let mut settings = RunSettings::of(&request.plan);
     settings.read.strict = request.strict;
-    let mut head = None;
-    let mut held: Option<OpenCorpus> = None;
-    let store = Store::new(&request.out);
-    if leads {
-        let mut corpus = open_to_run(&request.out)?;
-        gauges.begin("inputs", 0);
-        let prepared = prepare(
-            &request.plan,
-            &request.inputs,
-            request.procedural,
-            request.prune,
-            &corpus.store,
-            &mut corpus.manifest,
-        )?;
-        head = Some(Head { manifest: std::mem::take(&mut corpus.manifest), prepared });
-        held = Some(corpus);
-    }
+    gauges.begin("inputs", 0);
+    let mut held = if leads { Some(open_to_run(&request.out)?) } else { None };
+    let manifest = held.as_mut().map(|corpus| std::mem::take(&mut corpus.manifest));
     let pool = rayon::ThreadPoolBuilder::new().num_threads(request.workers).build();
     let pool = pool.map_err(|error| RunError::Fatal(format!("no threads to work with: {error}")))?;
     let context = Context {
-        plan: request.plan.clone(),
+        request: Arc::new(request.clone()),
         settings: Arc::new(settings),
-        store,
+        store: Store::new(&request.out),
         flag: Arc::clone(flag),
         gauges: Arc::clone(gauges),
         pool: Arc::new(pool),
-        head: Arc::new(Mutex::new(head)),
+        head: Arc::new(Mutex::new(manifest.map(|manifest| Head { manifest, ..Head::default() }))),
     };
-    let results = execute(request, context, say)?;
+    let token = held.as_ref().map_or("", |corpus| corpus.lock.token());
+    let result = execute(context, token, say);
     drop(held);
-    results
+    result
 }
 
 /// What the workers of a process share.
 #[derive(Clone)]
 struct Context {
-    plan: Plan,
+    request: Arc<RunRequest>,
     settings: Arc<RunSettings>,
     store: Store,
     flag: Arc<HaltFlag>,
@@ -159,24 +163,19 @@ struct Context {
     head: Arc<Mutex<Option<Head>>>,
 }
 
-fn execute(
-    request: &RunRequest,
-    context: Context,
-    say: impl FnMut(&str),
-) -> Result<Result<RunReport, RunError>, RunError> {
+fn execute(context: Context, token: &str, say: impl FnMut(&str)) -> Result<RunReport, RunError> {
     let refused = |error: String| RunError::Fatal(format!("the workers could not be started: {error}"));
-    let work = move |worker: &mut Worker| work(worker, &context);
+    let request = Arc::clone(&context.request);
     let guards = match &request.hosts {
         None => {
             let config = timely::Config {
                 communication: CommunicationConfig::Process(request.workers),
                 worker: WorkerConfig::default(),
             };
-            timely::execute(config, work).map_err(refused)?
+            timely::execute(config, move |worker: &mut Worker| work(worker, &context)).map_err(refused)?
         }
         Some(hosts) => {
-            let digest = *blake3::hash(request.plan.digest().as_bytes()).as_bytes();
-            let sockets = connect(hosts, request.workers, digest, say)?;
+            let sockets = meet(hosts, token, &context, say)?;
             let hooks = Hooks::default();
             let processes =
                 ProcessBuilder::new_typed_vector(request.workers, hooks.refill.clone(), hooks.spill.clone());
@@ -184,161 +183,274 @@ fn execute(
                 initialize_networking_from_sockets(processes, sockets, hosts.process, request.workers, hooks)
                     .map_err(|error| refused(error.to_string()))?;
             let builders = builders.into_iter().map(AllocatorBuilder::Tcp).collect();
+            let work = move |worker: &mut Worker| work(worker, &context);
             timely::execute::execute_from(builders, Box::new(guard), WorkerConfig::default(), work).map_err(refused)?
         }
     };
-    let mut report = Ok(RunReport::default());
-    for (index, result) in guards.join().into_iter().enumerate() {
-        let result = result.map_err(refused)?;
-        if index == 0 || result.is_err() {
-            report = result;
-        }
+    // All workers end alike; the first one has the report.
+    let mut results = guards.join().into_iter();
+    let first = results.next().ok_or_else(|| refused("there are none".to_owned()))?.map_err(refused)?;
+    results.try_for_each(|result| result.map(drop).map_err(refused))?;
+    first
+}
+
+/// Sockets to the other processes, once all of them run the same plan on the corpus that process 0 holds.
+fn meet(
+    hosts: &Hosts,
+    token: &str,
+    context: &Context,
+    say: impl FnMut(&str),
+) -> Result<Vec<Option<TcpStream>>, RunError> {
+    let request = &context.request;
+    let mut hello = Hello {
+        process: hosts.process as u64,
+        workers: request.workers as u64,
+        digest: *blake3::hash(format!("{} {}", request.plan.digest(), request.strict).as_bytes()).as_bytes(),
+        token: [0; TOKEN_BYTES],
+    };
+    hello.token.iter_mut().zip(token.bytes()).for_each(|(to, byte)| *to = byte);
+    let stop = || context.flag.reason().is_some();
+    let mesh = match connect(hosts, &hello, stop, say) {
+        Err(MeshError::Interrupted) => return Err(stopped(context, Halt::Interrupted)),
+        mesh => mesh?,
+    };
+    if hosts.process > 0 && check_token(&context.store, &String::from_utf8_lossy(&mesh.token)).is_err() {
+        return Err(RunError::OtherCorpus { out: request.out.clone(), address: hosts.addresses[0].clone() });
     }
-    Ok(report)
+    Ok(mesh.sockets)
 }
 
 /// One worker's part of the run.
+///
+/// Whatever fails on one worker only sets the flag; all leave together, where they agree on it.
 fn work(worker: &mut Worker, context: &Context) -> Result<RunReport, RunError> {
+    let plan = &context.request.plan;
     let mut lead = if worker.index() == 0 { context.head.lock().ok().and_then(|mut head| head.take()) } else { None };
     let mut report = RunReport::default();
+
+    // Clips.
+    let mut shards = Vec::new();
+    if let Some(lead) = &mut lead {
+        shards = context.attempt(look_at_inputs(lead, context)).unwrap_or_default();
+    }
+    go_on(worker, context)?;
     let mut mill_context = MillContext {
         store: context.store.clone(),
         settings: Arc::clone(&context.settings),
         flag: Arc::clone(&context.flag),
         gauges: Arc::clone(&context.gauges),
-        catalog: catalog(context),
+        catalog: context.catalog(),
     };
-    // Clips.
+    go_on(worker, context)?;
     let start = Instant::now();
-    let shards: Vec<ShardJob> = lead.as_mut().map(|lead| std::mem::take(&mut lead.prepared.shards)).unwrap_or_default();
-    let mut worked = !shards.is_empty();
-    context.gauges.begin("clips", shards.iter().map(|shard| shard.clips.len() as u64).sum());
+    context.begin(worker, "clips", &shards);
     let landed = mill(worker, shards, &mill_context);
     report.dataflows.push(("clips", landed.frames, start.elapsed()));
-    halted(context)?;
+    go_on(worker, context)?;
     if let Some(lead) = &mut lead {
-        fold(lead, context, worked)?;
+        context.attempt(fold(lead, context));
     }
-    barrier(worker);
-    halted(context)?;
+    go_on(worker, context)?;
 
     // Cluster.
-    mill_context.catalog = catalog(context);
-    if context.plan.has(Stage::Tree) {
+    mill_context.catalog = context.catalog();
+    go_on(worker, context)?;
+    if plan.has(Stage::Tree) {
         let start = Instant::now();
-        let manifest = Rc::new(RefCell::new(lead.as_ref().map(|lead| lead.manifest.clone()).unwrap_or_default()));
-        let mut trees = TreePlan::default();
-        if let (Some(_), Some(catalog)) = (&lead, &mill_context.catalog) {
-            trees =
-                plan_trees(&context.plan.keys().tree, &context.plan.filter(Stage::Tree), catalog, &manifest.borrow());
-            worked |= !trees.states.is_empty();
-            context.gauges.begin("cluster", trees.tickets.iter().map(|ticket| ticket.clips.len() as u64).sum());
-        }
-        let key = trees.key.clone();
-        grow_trees(worker, trees, &manifest, &mill_context);
-        halted(context)?;
-        if let Some(lead) = &mut lead {
-            lead.manifest = manifest.borrow().clone();
-        }
-        barrier(worker);
-        if context.plan.has(Stage::Graph) {
-            worked |= graph(worker, &mut lead, &key, &mill_context, context)?;
+        let key = trees(worker, &mut lead, &mill_context, context)?;
+        if plan.has(Stage::Graph) {
+            graph(worker, &mut lead, &key, &mill_context, context)?;
         }
         let frames = mill_context.catalog.iter().flat_map(Catalog::clips).map(|row| u64::from(row.frames)).sum();
         report.dataflows.push(("cluster", frames, start.elapsed()));
     }
-    halted(context)?;
 
     // Enrich.
-    if context.plan.has(Stage::Make) {
+    if plan.has(Stage::Make) {
         let start = Instant::now();
-        let mut shards = Vec::new();
-        let mut recipes = Vec::new();
-        if let Some(lead) = &mut lead {
-            let choosing = Instant::now();
-            context.gauges.begin("recipes", 0);
-            let no_derivatives: BTreeSet<String> = no_derivatives(&context.plan, &lead.manifest);
-            let (keys, filter) = (context.plan.keys(), context.plan.filter(Stage::Recipes));
-            (recipes, shards) = context
-                .pool
-                .install(|| plan_enrichment(&keys, &filter, &no_derivatives, &mut lead.manifest, &mill_context))?;
-            context.gauges.spent(Station::Recipes, choosing.elapsed());
-            worked |= !shards.is_empty();
-            context.gauges.begin("enrich", shards.iter().map(|shard| shard.clips.len() as u64).sum());
+        let (mut shards, mut recipes) = (Vec::new(), Vec::new());
+        if let Some(lead) = &mut lead
+            && let Some(planned) = context.attempt(choose_recipes(lead, &mill_context, context))
+        {
+            (recipes, shards) = planned;
         }
-        let any = !shards.is_empty();
+        go_on(worker, context)?;
+        context.begin(worker, "enrich", &shards);
         let landed = mill(worker, shards, &mill_context);
         report.dataflows.push(("enrich", landed.frames, start.elapsed()));
-        halted(context)?;
-        if let Some(lead) = &mut lead
-            && any
-        {
-            let made = write_made_table(&recipes, &mill_context)?;
-            lead.manifest.note_files([made]);
-            fold(lead, context, true)?;
+        go_on(worker, context)?;
+        if let Some(lead) = &mut lead {
+            let wrote = write_made_table(&recipes, &mut lead.manifest, &mill_context);
+            lead.worked |= context.attempt(wrote.map_err(RunError::from)).unwrap_or_default();
+            context.attempt(fold(lead, context));
         }
-        barrier(worker);
-        halted(context)?;
+        go_on(worker, context)?;
     }
-    if let Some(lead) = lead {
-        let Prepared { found, bytes, finished, to_read, gone, .. } = lead.prepared;
-        let quarantined = lead
-            .manifest
-            .sources
-            .values()
-            .flat_map(|source| source.clips.values())
-            .filter(|clip| clip.state == crate::corpus::ClipState::Quarantined)
-            .count();
-        report =
-            RunReport { found, bytes, finished, parsed: to_read, gone, quarantined, up_to_date: !worked, ..report };
-    }
-    Ok(report)
+    Ok(match lead {
+        Some(lead) => lead.report(report),
+        None => report,
+    })
 }
 
-/// Cuts, counts and writes the graph, unless its key says that it is there. Answers whether it did.
+impl Context {
+    /// What a step of one worker gave; its error becomes the reason for the run to end.
+    fn attempt<T>(&self, step: Result<T, RunError>) -> Option<T> {
+        step.map_err(|error| self.flag.halt(Halt::Fatal(error.to_string()))).ok()
+    }
+
+    /// The corpus as it is now. None: it can't be read, and the run is to end.
+    fn catalog(&self) -> Option<Catalog> {
+        self.attempt(Catalog::open(&self.store).map_err(RunError::from))
+    }
+
+    /// Starts the gauges of a dataflow, once a process.
+    fn begin(&self, worker: &Worker, phase: &str, shards: &[ShardJob]) {
+        if worker.index() % self.request.workers == 0 {
+            self.gauges.begin(phase, shards.iter().map(|shard| shard.clips.len() as u64).sum());
+        }
+    }
+}
+
+impl Head {
+    fn report(self, report: RunReport) -> RunReport {
+        let Prepared { found, bytes, finished, to_read, gone, .. } = self.prepared;
+        let clips = self.manifest.sources.values().flat_map(|source| source.clips.values());
+        let quarantined = clips.filter(|clip| clip.state == ClipState::Quarantined).count();
+        RunReport { found, bytes, finished, parsed: to_read, gone, quarantined, up_to_date: !self.worked, ..report }
+    }
+}
+
+/// Where all workers meet: they go on together, or end together.
+fn go_on(worker: &mut Worker, context: &Context) -> Result<(), RunError> {
+    match agree(worker, &context.flag) {
+        None => Ok(()),
+        Some(halt) => Err(stopped(context, halt)),
+    }
+}
+
+fn stopped(context: &Context, halt: Halt) -> RunError {
+    match halt {
+        Halt::Fatal(text) => RunError::Fatal(text),
+        Halt::Interrupted => {
+            let of = context.gauges.clips_total.load(std::sync::atomic::Ordering::Relaxed) as usize;
+            let safe = Catalog::open(&context.store).map_or(0, |catalog| catalog.clips().count());
+            RunError::Interrupted { safe, of }
+        }
+    }
+}
+
+/// Compares the inputs with the corpus; what has to be milled.
+fn look_at_inputs(lead: &mut Head, context: &Context) -> Result<Vec<ShardJob>, RunError> {
+    let RunRequest { plan, inputs, procedural, prune, .. } = &*context.request;
+    forget_lost(&mut lead.manifest, &context.store);
+    lead.prepared = prepare(plan, inputs, *procedural, *prune, &context.store, &mut lead.manifest)?;
+    let shards = std::mem::take(&mut lead.prepared.shards);
+    lead.worked |= !shards.is_empty();
+    Ok(shards)
+}
+
+/// Forgets files that are not there any more, with the keys of their stages: they are made anew.
+fn forget_lost(manifest: &mut Manifest, store: &Store) {
+    let lost: Vec<String> = manifest.tables.keys().filter(|file| !store.is_there(file)).cloned().collect();
+    for file in lost {
+        let state = PlantState::ALL
+            .into_iter()
+            .find(|&state| [items_file(TREE, state), merges_file(TREE, state)].contains(&file));
+        let stage = match (state, file.as_str()) {
+            (Some(state), _) => state_key(state),
+            (None, NODES | SEQUENCES | EDGES) => GRAPH_KEY.to_owned(),
+            (None, RECIPES) => RECIPES_KEY.to_owned(),
+            (None, MADE) => MADE_KEY.to_owned(),
+            (None, _) => FOLD_KEY.to_owned(),
+        };
+        manifest.tables.remove(&file);
+        manifest.stages.remove(&stage);
+    }
+}
+
+/// Grows the trees that are not there. The answer is worker 0's: the key of all of them.
+fn trees(
+    worker: &mut Worker,
+    lead: &mut Option<Head>,
+    mill: &MillContext,
+    context: &Context,
+) -> Result<String, RunError> {
+    let mut trees = TreePlan::default();
+    let manifest = Rc::new(RefCell::new(Manifest::default()));
+    if let (Some(lead), Some(catalog)) = (&mut *lead, &mill.catalog) {
+        let plan = &context.request.plan;
+        trees = plan_trees(&plan.keys().tree, &plan.filter(Stage::Tree), catalog, &lead.manifest);
+        lead.worked |= !trees.states.is_empty();
+        let keys: Vec<String> = trees.states.iter().map(|&state| state_key(state)).collect();
+        let forgotten = lead.manifest.forget(keys.iter().map(String::as_str), &context.store);
+        context.attempt(forgotten.map_err(RunError::from));
+        *manifest.borrow_mut() = lead.manifest.clone();
+    }
+    context.begin(worker, "cluster", &trees.tickets);
+    let key = trees.key.clone();
+    let halt = grow_trees(worker, trees, &manifest, mill);
+    if let Some(lead) = lead {
+        lead.manifest = manifest.take();
+    }
+    if let Some(halt) = halt {
+        return Err(stopped(context, halt));
+    }
+    go_on(worker, context)?;
+    Ok(key)
+}
+
+/// Cuts, counts and writes the graph, unless its key says that it is there.
 fn graph(
     worker: &mut Worker,
     lead: &mut Option<Head>,
     tree_key: &str,
     mill: &MillContext,
     context: &Context,
-) -> Result<bool, RunError> {
-    const KEY: &str = "graph";
-    let key = format!("{}/{tree_key}", context.plan.keys().graph);
-    let wanted = lead.as_ref().is_some_and(|lead| lead.manifest.stages.get(KEY) != Some(&key));
+) -> Result<(), RunError> {
+    let key = format!("{}/{tree_key}", context.request.plan.keys().graph);
+    let wanted = lead.as_ref().is_some_and(|lead| lead.manifest.stages.get(GRAPH_KEY) != Some(&key));
     if wanted {
         context.gauges.begin("graph", 0);
     }
     let tables = make_graph(worker, wanted, mill);
-    let tables = match tables {
-        Ok(tables) => tables,
-        Err(error) => {
-            context.flag.halt(Halt::Fatal(error.to_string()));
-            return Err(error.into());
-        }
-    };
     if let (Some(lead), Some(tables)) = (lead, tables) {
-        lead.manifest.note_files(write_graph(&tables, mill)?);
-        lead.manifest.stages.insert(KEY.to_owned(), key);
-        lead.manifest.put(&context.store)?;
+        lead.worked = true;
+        let write = || {
+            lead.manifest.forget([GRAPH_KEY], &context.store)?;
+            lead.manifest.note_files(write_graph(&tables, mill)?);
+            lead.manifest.stages.insert(GRAPH_KEY.to_owned(), key);
+            Ok(lead.manifest.put(&context.store)?)
+        };
+        context.attempt(write());
     }
-    Ok(wanted)
+    go_on(worker, context)
 }
 
-/// Folds the records into the tables over all shards, and puts the manifest.
-fn fold(lead: &mut Head, context: &Context, changed: bool) -> Result<(), RunError> {
-    let there = lead.manifest.tables.contains_key(crate::corpus::CLIPS);
-    if !changed && there && lead.prepared.gone.is_empty() {
-        return Ok(());
-    }
+/// The recipes, and those of their shards that have to be made.
+fn choose_recipes(
+    lead: &mut Head,
+    mill: &MillContext,
+    context: &Context,
+) -> Result<(Vec<Recipe>, Vec<ShardJob>), RunError> {
+    let start = Instant::now();
+    let plan = &context.request.plan;
+    context.gauges.begin("recipes", 0);
+    let no_derivatives = no_derivatives(plan, &lead.manifest);
+    let (keys, filter) = (plan.keys(), plan.filter(Stage::Recipes));
+    let planned =
+        context.pool.install(|| plan_enrichment(&keys, &filter, &no_derivatives, &mut lead.manifest, mill))?;
+    context.gauges.spent(Station::Recipes, start.elapsed());
+    lead.worked |= !planned.1.is_empty();
+    Ok(planned)
+}
+
+/// Folds the records into the tables over all shards, and puts the manifest; unless these records have been folded.
+fn fold(lead: &mut Head, context: &Context) -> Result<(), RunError> {
     let records = read_records(&context.store)?;
     note_quarantined(&mut lead.manifest, &records);
     let catalog = Catalog::open(&context.store)?;
-    let more: &[FaultRow] = &lead.prepared.faults;
-    let folded = Folded::gather(&catalog, more);
-    let files = folded.write(&context.store, &FileNotes::new())?;
-    lead.manifest.note_files(files);
-    let rules = context.plan.config.input_rules();
+    let folded = Folded::gather(&catalog, &lead.prepared.faults);
+    let rules = context.request.plan.config.input_rules();
     let terms: Vec<SourceTerms> = lead
         .manifest
         .sources
@@ -353,13 +465,16 @@ fn fold(lead: &mut Head, context: &Context, changed: bool) -> Result<(), RunErro
             }
         })
         .collect();
-    lead.manifest.note_files([write_card(&context.store, &folded, &terms)?]);
-    lead.manifest.put(&context.store)?;
-    Ok(())
-}
-
-fn catalog(context: &Context) -> Option<Catalog> {
-    Catalog::open(&context.store).ok()
+    let said: Vec<_> = terms.iter().map(|terms| (&terms.source, &terms.license, &terms.attribution)).collect();
+    let key = digest(&json!([folded.clips, folded.skeletons, folded.faults, said]));
+    if lead.manifest.stages.get(FOLD_KEY) != Some(&key) {
+        lead.worked = true;
+        lead.manifest.forget([FOLD_KEY], &context.store)?;
+        lead.manifest.note_files(folded.write(&context.store, &FileNotes::new())?);
+        lead.manifest.note_files([write_card(&context.store, &folded, &terms)?]);
+        lead.manifest.stages.insert(FOLD_KEY.to_owned(), key);
+    }
+    Ok(lead.manifest.put(&context.store)?)
 }
 
 /// Sources whose license forbids derivatives.
@@ -370,16 +485,4 @@ fn no_derivatives(plan: &Plan, manifest: &Manifest) -> BTreeSet<String> {
             || rules.source_rule(source).is_some_and(|(_, rule)| rule.no_derivatives)
     };
     manifest.sources.keys().filter(forbids).cloned().collect()
-}
-
-fn halted(context: &Context) -> Result<(), RunError> {
-    match context.flag.reason() {
-        None => Ok(()),
-        Some(Halt::Fatal(text)) => Err(RunError::Fatal(text)),
-        Some(Halt::Interrupted) => {
-            let of = context.gauges.clips_total.load(std::sync::atomic::Ordering::Relaxed) as usize;
-            let safe = catalog(context).map_or(0, |catalog| catalog.clips().count());
-            Err(RunError::Interrupted { safe, of })
-        }
-    }
 }

@@ -89,19 +89,25 @@ pub(crate) fn shard_source<'scope>(
                 me.activate();
                 return;
             }
+            if state.told {
+                // What is in flight ends; nothing more is taken, nor waited for.
+                state.capability = None;
+                desk.borrow_mut().leave();
+                return;
+            }
             if flight.shards.get() >= SHARDS_IN_FLIGHT {
                 return; // the writer wakes us
             }
             let answer = desk.borrow_mut().take();
             match answer {
                 None => {} // the inbox wakes us
-                Some(Some(shard)) if flag.reason().is_none() && !shard.clips.is_empty() => {
+                Some(Some(shard)) if !shard.clips.is_empty() => {
                     flight.shards.set(flight.shards.get() + 1);
                     gauges.beats.fetch_add(1, Ordering::Relaxed);
                     state.open = Some((Arc::new(shard), 0));
                     me.activate(); // return before working: progress leaves a worker only then
                 }
-                Some(Some(_)) => me.activate(), // given back by not doing it
+                Some(Some(_)) => me.activate(),
                 Some(None) => {
                     state.capability = None;
                     desk.borrow_mut().leave();

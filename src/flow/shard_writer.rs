@@ -104,10 +104,13 @@ pub(crate) fn write_shards<'scope>(
                     let Some(shard) = open.remove(&taken) else { continue };
                     let start = Instant::now();
                     let capability = shard.capability.clone();
-                    let committed = shard.commit();
-                    landing.gauges.spent(Station::Write, start.elapsed());
                     landing.flight.shards.set(landing.flight.shards.get() - 1);
                     landing.flight.wake_source();
+                    if landing.flag.is_fatal() {
+                        continue; // it may lack the clip whose writing failed
+                    }
+                    let committed = shard.commit();
+                    landing.gauges.spent(Station::Write, start.elapsed());
                     match committed {
                         Ok(landed) => {
                             landing.gauges.shards.fetch_add(1, Ordering::Relaxed);
@@ -194,6 +197,7 @@ impl OpenShard {
             // The tables would not have it (a number that isn't finite): its fault, nobody else's.
             Err(CorpusError::Refused { what, .. }) => {
                 notices.push(refused(what));
+                self.note_input(&job);
                 self.notices.insert(work.index, notices);
                 landing.gauges.faults.fetch_add(1, Ordering::Relaxed);
                 return Ok(());
@@ -207,6 +211,11 @@ impl OpenShard {
                 {
                     row.labels = work.annotated.clip;
                 }
+            }
+            ClipOrigin::Kept(ref kept) => {
+                self.skeleton_of(&work);
+                self.note_input(&job);
+                self.record.clips.extend(kept.row.clone().map(|row| ClipRow { labels: work.annotated.clip, ..row }));
             }
             ClipOrigin::File(ref file) => {
                 let skeleton = self.skeleton_of(&work);
@@ -226,13 +235,7 @@ impl OpenShard {
                     warnings: notices.iter().filter(|notice| notice.severity == Severity::Warning).count() as u32,
                     ..plain_row(&job, &work, skeleton)
                 };
-                self.record.inputs.push(InputFile {
-                    source: job.source.clone(),
-                    name: job.name.clone(),
-                    clip_id: job.clip_id,
-                    blake3: file.blake3.clone(),
-                    skeleton_blake3: file.skeleton_blake3.clone(),
-                });
+                self.note_input(&job);
                 self.record.clips.push(row);
             }
             ClipOrigin::Recipe(ref recipe) => {
@@ -259,14 +262,11 @@ impl OpenShard {
     fn take_faulted(&mut self, capability: CapabilitySet<Lane>, faulted: Faulted, landing: &Landing) {
         self.capability = capability;
         let job = &faulted.shard.clips[faulted.index];
-        if let ClipOrigin::File(file) = &job.origin {
-            self.record.inputs.push(InputFile {
-                source: job.source.clone(),
-                name: job.name.clone(),
-                clip_id: job.clip_id,
-                blake3: file.blake3.clone(),
-                skeleton_blake3: file.skeleton_blake3.clone(),
-            });
+        self.note_input(job);
+        // Its rows are in the tables that stay: without them in the others the shard would be no shard.
+        if let (Todo::Again { .. }, Some(notice)) = (self.job.todo, faulted.notices.last()) {
+            let Notice { message, why, remedy, .. } = notice;
+            landing.flag.halt(Halt::Fatal(format!("{message}\n  why: {why}\n  try: {remedy}")));
         }
         if faulted.notices.iter().any(|notice| notice.severity == Severity::Fault) {
             landing.gauges.faults.fetch_add(1, Ordering::Relaxed);
@@ -274,6 +274,20 @@ impl OpenShard {
         self.notices.insert(faulted.index, faulted.notices);
         if let Some(made) = faulted.made {
             self.made.insert(faulted.index, made);
+        }
+    }
+
+    fn note_input(&mut self, job: &ClipJob) {
+        match &job.origin {
+            ClipOrigin::File(file) => self.record.inputs.push(InputFile {
+                source: job.source.clone(),
+                name: job.name.clone(),
+                clip_id: job.clip_id,
+                blake3: file.blake3.clone(),
+                skeleton_blake3: file.skeleton_blake3.clone(),
+            }),
+            ClipOrigin::Kept(kept) => self.record.inputs.push(kept.input.clone()),
+            ClipOrigin::Stored | ClipOrigin::Recipe(_) => {}
         }
     }
 
@@ -398,5 +412,95 @@ fn refused(what: String) -> Notice {
         message: format!("the tables can't hold the clip: {what}"),
         why: "a number that is not finite would spoil every mean over its column".to_owned(),
         remedy: "look at the clip's values; if they are sound, report this".to_owned(),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    #![expect(clippy::unwrap_used, reason = "tests")]
+    use super::*;
+    use crate::plan::Plan;
+    use std::cell::RefCell;
+    use std::collections::VecDeque;
+    use std::path::Path;
+    use timely::dataflow::operators::generic::operator::{empty, source};
+    use timely::worker::Worker;
+
+    /// What the test's source does next.
+    enum Step {
+        Give(usize),
+        Advance(Lane),
+    }
+
+    fn fault(shard: &Arc<ShardJob>, index: usize) -> Faulted {
+        let notices = vec![refused("a test".to_owned())];
+        Faulted { shard: Arc::clone(shard), taken: 0, index, notices, made: None }
+    }
+
+    /// Runs the writer on faults of one shard of two clips, and tells after each step whether its record is there.
+    fn write(folder: &Path, steps: Vec<Step>, flag: &Arc<HaltFlag>) -> Vec<bool> {
+        let (store, flag) = (Store::new(folder), Arc::clone(flag));
+        timely::execute_directly(move |worker: &mut Worker| {
+            let shard = Arc::new(ShardJob::of_stored(2));
+            let flight = Rc::new(Flight::default());
+            flight.shards.set(1);
+            flight.clips.set(2);
+            let next = Rc::new(RefCell::new(VecDeque::<Step>::new()));
+            let landing = Landing {
+                store: store.clone(),
+                settings: Arc::new(RunSettings::of(&Plan::load("annotate", None, &[]).unwrap())),
+                flight,
+                flag,
+                gauges: Arc::new(Gauges::default()),
+                parents: Arc::new(BTreeMap::new()),
+            };
+            let (given, of) = (Rc::clone(&next), Arc::clone(&shard));
+            worker.dataflow::<Lane, _, _>(|scope| {
+                let faults = source::<_, CapacityContainerBuilder<Vec<Faulted>>, _, _>(
+                    scope,
+                    "Faults",
+                    move |mut capability, info| {
+                        let me = scope.activator_for(info.address);
+                        capability.downgrade(&Lane::At(0, 0));
+                        move |output| {
+                            me.activate();
+                            match given.borrow_mut().pop_front() {
+                                Some(Step::Give(index)) => output.session(&capability).give(fault(&of, index)),
+                                Some(Step::Advance(lane)) => capability.downgrade(&lane),
+                                None => {}
+                            }
+                        }
+                    },
+                );
+                let clips = empty::<_, Vec<Work>>(scope);
+                write_shards(clips, faults, landing);
+            });
+            let there = steps.into_iter().map(|step| {
+                next.borrow_mut().push_back(step);
+                (0..10).for_each(|_| drop(worker.step()));
+                read_record(&store, shard.shard).unwrap().is_some()
+            });
+            there.collect()
+        })
+    }
+
+    #[test]
+    fn a_shard_is_committed_when_its_time_has_passed_and_not_before() {
+        let folder = tempfile::tempdir().unwrap();
+        let flag = Arc::new(HaltFlag::default());
+        let steps = vec![Step::Give(0), Step::Give(1), Step::Advance(Lane::At(0, 1))];
+        assert_eq!(write(folder.path(), steps, &flag), [false, false, true]);
+        let record = read_record(&Store::new(folder.path()), ShardJob::of_stored(2).shard).unwrap().unwrap();
+        assert_eq!((record.faults.len(), record.keys.ingest.as_str()), (2, "key"));
+    }
+
+    #[test]
+    fn after_a_fatal_error_nothing_is_committed() {
+        let folder = tempfile::tempdir().unwrap();
+        let flag = Arc::new(HaltFlag::default());
+        flag.halt(Halt::Fatal("disk full".to_owned()));
+        let steps = vec![Step::Give(0), Step::Give(1), Step::Advance(Lane::At(0, 1))];
+        assert_eq!(write(folder.path(), steps, &flag), [false, false, false]);
+        assert!(!folder.path().join("plants").exists(), "and no file is left");
     }
 }

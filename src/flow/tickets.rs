@@ -148,3 +148,74 @@ pub(crate) fn open_desk(worker: &mut Worker, shards: Vec<ShardJob>, flag: &Arc<H
         desk
     })
 }
+
+#[cfg(test)]
+mod tests {
+    #![expect(clippy::unwrap_used, reason = "tests")]
+    use super::*;
+    use crate::corpus::{ShardId, StageKeys};
+    use crate::flow::work::Todo;
+    use timely::Config;
+
+    fn shards(n: u32) -> Vec<ShardJob> {
+        let shard = |number| ShardJob {
+            shard: ShardId::captured(number),
+            replaces: Vec::new(),
+            todo: Todo::Everything,
+            keys: StageKeys::default(),
+            clips: Vec::new(),
+        };
+        (0..n).map(shard).collect()
+    }
+
+    /// Takes shards until none is left; after `halt_after` of them this worker asks for the end.
+    fn take_all(worker: &mut Worker, n_shards: u32, halt_after: usize) -> (Vec<ShardId>, Option<Halt>) {
+        let flag = Arc::new(HaltFlag::default());
+        // Only worker 0's list counts.
+        let desk = open_desk(worker, shards(n_shards + worker.index() as u32), &flag);
+        let mut taken = Vec::new();
+        desk.borrow_mut().ask();
+        loop {
+            let answer = desk.borrow_mut().take();
+            match answer {
+                Some(Some(shard)) => {
+                    taken.push(shard.shard);
+                    if taken.len() == halt_after {
+                        desk.borrow_mut().halt(Halt::Interrupted);
+                    }
+                    desk.borrow_mut().ask();
+                }
+                Some(None) => break,
+                None => {
+                    worker.step_or_park(Some(std::time::Duration::from_millis(1)));
+                }
+            }
+        }
+        desk.borrow_mut().leave();
+        (taken, flag.reason())
+    }
+
+    #[test]
+    fn every_shard_is_given_to_exactly_one_worker() {
+        for workers in 1..=3 {
+            let guards = timely::execute(Config::process(workers), |worker| take_all(worker, 40, usize::MAX)).unwrap();
+            let answers: Vec<_> = guards.join().into_iter().map(Result::unwrap).collect();
+            assert!(answers.iter().all(|(_, halt)| halt.is_none()));
+            let mut all: Vec<ShardId> = answers.into_iter().flat_map(|(taken, _)| taken).collect();
+            all.sort();
+            assert_eq!(all, (0..40).map(ShardId::captured).collect::<Vec<_>>(), "{workers} workers");
+        }
+    }
+
+    #[test]
+    fn a_halt_empties_the_queue_and_all_hear_of_it() {
+        for workers in 1..=3 {
+            let guards = timely::execute(Config::process(workers), |worker| take_all(worker, 10_000, 5)).unwrap();
+            for answer in guards.join() {
+                let (taken, halt) = answer.unwrap();
+                assert!(taken.len() < 10_000);
+                assert_eq!(halt, Some(Halt::Interrupted), "{workers} workers");
+            }
+        }
+    }
+}

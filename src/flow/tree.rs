@@ -1,12 +1,14 @@
 //! The cluster dataflow: samples to the worker of their plant state, a tree a state, committed state by state.
 //!
 //! ```text
-//! desk -> shards -> features and plant states -> canonical vectors --exchange by plant state--> tree -> write -> worker 0
+//! desk -> shards -> features and plant states -> canonical vectors --exchange by plant state--> samples of a worker
+//! samples -> tree -> write -> worker 0
 //! ```
 //!
 //! Only samples of one plant state meet (T 4.2.2), so states are independent. A state's files are put when its tree is
 //! done; what a kill costs is the state in hand.
 
+use super::agree::agree;
 use super::gauges::{Gauges, Station};
 use super::halt::Halt;
 use super::mill::MillContext;
@@ -31,10 +33,12 @@ use std::sync::Arc;
 use std::sync::atomic::Ordering;
 use std::time::Instant;
 use timely::container::CapacityContainerBuilder;
+use timely::dataflow::Stream;
 use timely::dataflow::channels::pact::Exchange;
 use timely::dataflow::operators::Probe;
 use timely::dataflow::operators::generic::operator::{Operator, source};
 use timely::dataflow::operators::probe::Handle;
+use timely::dataflow::operators::vec::Input;
 use timely::worker::Worker;
 
 /// The tree that is built: all effectors. Later: legs, upper, trunk.
@@ -132,120 +136,157 @@ pub(crate) fn facts(row: &ClipRow) -> ClipFacts<'_> {
 }
 
 /// Builds the trees. Worker 0 gives the plan and has the manifest, which notes each state as it is done.
-pub(crate) fn grow_trees(worker: &mut Worker, plan: TreePlan, manifest: &Rc<RefCell<Manifest>>, context: &MillContext) {
+///
+/// Two dataflows: no tree may grow before every worker of every process has said that it read all its shards, or a
+/// state that lacks the samples of an interrupted process would be written as whole.
+pub(crate) fn grow_trees(
+    worker: &mut Worker,
+    plan: TreePlan,
+    manifest: &Rc<RefCell<Manifest>>,
+    context: &MillContext,
+) -> Option<Halt> {
     let TreePlan { states, key, tickets } = plan;
+    let samples = gather_samples(worker, tickets, context);
+    if let Some(halt) = agree(worker, &context.flag) {
+        return Some(halt);
+    }
+    let reported = Rc::new(RefCell::new(BTreeSet::<PlantState>::new()));
+    let probe = Handle::<u64>::new();
+    let mut input = worker.dataflow::<u64, _, _>(|scope| {
+        let (input, written) = scope.new_input::<TreeWritten>();
+        note_trees(written, &key, manifest, &reported, context).probe_with(&probe);
+        input
+    });
+    for (state, samples) in samples {
+        if context.flag.reason().is_some() {
+            break;
+        }
+        let start = Instant::now();
+        match grow(state, samples, context) {
+            Ok(written) => input.send(written),
+            Err(error) => context.flag.halt(Halt::Fatal(error)),
+        }
+        context.gauges.spent(Station::Tree, start.elapsed());
+        let next = input.time() + 1;
+        input.advance_to(next);
+        worker.step();
+    }
+    input.close();
+    while !probe.done() {
+        worker.step_or_park(None);
+    }
+    let halt = agree(worker, &context.flag);
+    if halt.is_none() && worker.index() == 0 {
+        let forgotten = forget_empty_states(&reported.borrow(), &states, &key, &mut manifest.borrow_mut(), context);
+        if let Err(error) = forgotten {
+            context.flag.halt(Halt::Fatal(fatal_text(&error)));
+        }
+    }
+    halt
+}
+
+/// The samples of the plant states that are this worker's.
+fn gather_samples(worker: &mut Worker, tickets: Vec<ShardJob>, context: &MillContext) -> BTreeMap<u8, Vec<Samples>> {
     let desk = open_desk(worker, tickets, &context.flag);
     let probe = Handle::<u64>::new();
-    let (index, peers) = (worker.index(), worker.peers() as u64);
-    let reported = Rc::new(RefCell::new(BTreeSet::<PlantState>::new()));
+    let peers = worker.peers() as u64;
+    let gathered = Rc::new(RefCell::new(BTreeMap::<u8, Vec<Samples>>::new()));
+    let into = Rc::clone(&gathered);
     worker.dataflow::<u64, _, _>(|scope| {
         let reading = context.clone();
         let metric = Metric::new(&context.settings.cluster);
-        let samples =
-            source::<_, CapacityContainerBuilder<Vec<Samples>>, _, _>(scope, "Samples", move |capability, info| {
-                let me = scope.activator_for(info.address.clone());
-                desk.borrow_mut().wake(scope.activator_for(info.address));
-                me.activate();
-                let mut capability = Some(capability);
-                move |output| {
-                    let Some(held) = &capability else { return };
-                    if desk.borrow().open_requests() == 0 {
-                        desk.borrow_mut().ask();
-                    }
-                    let answer = desk.borrow_mut().take();
-                    match (answer, &metric) {
-                        (None, _) => {}
-                        (Some(Some(shard)), Ok(metric)) if reading.flag.reason().is_none() => {
-                            let start = Instant::now();
-                            match read_samples(&shard, metric, &reading) {
-                                Ok(found) => {
-                                    let mut session = output.session(held);
-                                    found.into_iter().for_each(|samples| session.give(samples));
-                                }
-                                Err(error) => reading.flag.halt(Halt::Fatal(fatal_text(&error))),
+        source::<_, CapacityContainerBuilder<Vec<Samples>>, _, _>(scope, "Samples", move |capability, info| {
+            let me = scope.activator_for(info.address.clone());
+            desk.borrow_mut().wake(scope.activator_for(info.address));
+            me.activate();
+            let mut capability = Some(capability);
+            move |output| {
+                let Some(held) = &capability else { return };
+                if desk.borrow().open_requests() == 0 {
+                    desk.borrow_mut().ask();
+                }
+                let answer = desk.borrow_mut().take();
+                match (answer, &metric, reading.flag.reason()) {
+                    (None, ..) => {} // the inbox wakes us
+                    (Some(Some(shard)), Ok(metric), None) => {
+                        let start = Instant::now();
+                        match read_samples(&shard, metric, &reading) {
+                            Ok(found) => {
+                                let mut session = output.session(held);
+                                found.into_iter().for_each(|samples| session.give(samples));
                             }
-                            reading.gauges.spent(Station::Read, start.elapsed());
-                            me.activate();
+                            Err(error) => reading.flag.halt(Halt::Fatal(fatal_text(&error))),
                         }
-                        (Some(Some(_)), _) => me.activate(),
-                        (Some(None), _) => {
-                            capability = None;
-                            desk.borrow_mut().leave();
+                        reading.gauges.spent(Station::Read, start.elapsed());
+                        me.activate();
+                    }
+                    (Some(_), metric, halt) => {
+                        if let Err(error) = metric {
+                            reading.flag.halt(Halt::Fatal(error.to_string()));
                         }
+                        if let Some(halt) = halt {
+                            desk.borrow_mut().halt(halt);
+                        }
+                        capability = None;
+                        desk.borrow_mut().leave();
                     }
                 }
-            });
-        let growing = context.clone();
-        let written = samples.unary_frontier::<CapacityContainerBuilder<Vec<TreeWritten>>, _, _, _>(
+            }
+        })
+        .unary::<CapacityContainerBuilder<Vec<()>>, _, _, _>(
             Exchange::new(move |samples: &Samples| worker_of(samples.state, peers)),
-            "Tree",
-            move |capability, _| {
-                let mut capability = Some(capability);
-                let mut waiting = BTreeMap::<u8, Vec<Samples>>::new();
-                move |(input, frontier), output| {
+            "GatherSamples",
+            move |_, _| {
+                move |input, _| {
                     input.for_each_stamp(|_, batch| {
                         for samples in batch.flat_map(|batch| batch.drain(..)) {
-                            waiting.entry(samples.state).or_default().push(samples);
+                            into.borrow_mut().entry(samples.state).or_default().push(samples);
                         }
                     });
-                    if !frontier.is_empty() {
-                        return;
-                    }
-                    let Some(held) = capability.take() else { return };
-                    for (state, samples) in std::mem::take(&mut waiting) {
-                        if growing.flag.reason().is_some() {
-                            break;
-                        }
-                        let start = Instant::now();
-                        match grow(state, samples, &growing) {
-                            Ok(written) => output.session(&held).give(written),
-                            Err(error) => growing.flag.halt(Halt::Fatal(error)),
-                        }
-                        growing.gauges.spent(Station::Tree, start.elapsed());
-                    }
                 }
             },
-        );
-        let (noting, store, reported, flag) =
-            (Rc::clone(manifest), context.store.clone(), Rc::clone(&reported), Arc::clone(&context.flag));
-        let key = key.clone();
-        written
-            .unary::<CapacityContainerBuilder<Vec<()>>, _, _, _>(
-                Exchange::new(|_: &TreeWritten| 0),
-                "TreesWritten",
-                move |_, _| {
-                    move |input, _| {
-                        input.for_each_stamp(|_, batch| {
-                            for written in batch.flat_map(|batch| batch.drain(..)) {
-                                let state = PlantState::ALL[written.state as usize];
-                                reported.borrow_mut().insert(state);
-                                let mut manifest = noting.borrow_mut();
-                                manifest.note_files(
-                                    written.files.into_iter().map(|(path, bytes, blake3, rows)| FileRecord {
-                                        path,
-                                        bytes,
-                                        blake3,
-                                        rows,
-                                    }),
-                                );
-                                manifest.stages.insert(state_key(state), key.clone());
-                                if let Err(error) = manifest.put(&store) {
-                                    flag.halt(Halt::Fatal(fatal_text(&error)));
-                                }
-                            }
-                        });
-                    }
-                },
-            )
-            .probe_with(&probe);
+        )
+        .probe_with(&probe);
     });
     while !probe.done() {
         worker.step_or_park(None);
     }
-    if index == 0 && context.flag.reason().is_none() {
-        let reported = reported.borrow();
-        forget_empty_states(&reported, &states, &key, &mut manifest.borrow_mut(), context);
-    }
+    let samples = std::mem::take(&mut *gathered.borrow_mut());
+    samples
+}
+
+/// Worker 0 notes each tree in the manifest, and puts that.
+fn note_trees<'scope>(
+    written: Stream<'scope, u64, Vec<TreeWritten>>,
+    key: &str,
+    manifest: &Rc<RefCell<Manifest>>,
+    reported: &Rc<RefCell<BTreeSet<PlantState>>>,
+    context: &MillContext,
+) -> Stream<'scope, u64, Vec<()>> {
+    let (manifest, reported, key) = (Rc::clone(manifest), Rc::clone(reported), key.to_owned());
+    let (store, flag) = (context.store.clone(), Arc::clone(&context.flag));
+    let to_worker_0 = Exchange::new(|_: &TreeWritten| 0);
+    written.unary::<CapacityContainerBuilder<Vec<()>>, _, _, _>(to_worker_0, "TreesWritten", move |_, _| {
+        move |input, _| {
+            input.for_each_stamp(|_, batch| {
+                for TreeWritten { state, files } in batch.flat_map(|batch| batch.drain(..)) {
+                    let state = PlantState::ALL[state as usize];
+                    reported.borrow_mut().insert(state);
+                    let mut manifest = manifest.borrow_mut();
+                    manifest.note_files(files.into_iter().map(|(path, bytes, blake3, rows)| FileRecord {
+                        path,
+                        bytes,
+                        blake3,
+                        rows,
+                    }));
+                    manifest.stages.insert(state_key(state), key.clone());
+                    if let Err(error) = manifest.put(&store) {
+                        flag.halt(Halt::Fatal(fatal_text(&error)));
+                    }
+                }
+            });
+        }
+    })
 }
 
 /// A state that no sample is in has no tree; an older one's files go.
@@ -255,17 +296,16 @@ fn forget_empty_states(
     key: &str,
     manifest: &mut Manifest,
     context: &MillContext,
-) {
+) -> Result<(), CorpusError> {
     for &state in states.difference(reported) {
         for file in [items_file(TREE, state), merges_file(TREE, state)] {
-            if manifest.tables.remove(&file).is_some()
-                && let Err(error) = context.store.remove(&file)
-            {
-                context.flag.halt(Halt::Fatal(fatal_text(&error)));
+            if manifest.tables.remove(&file).is_some() {
+                context.store.remove(&file)?;
             }
         }
         manifest.stages.insert(state_key(state), key.to_owned());
     }
+    manifest.put(&context.store)
 }
 
 /// `LB` holds half of all frames; the other states share what workers are left.

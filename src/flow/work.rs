@@ -2,7 +2,7 @@
 
 use crate::annotate::root::RootTrack;
 use crate::annotate::{Annotated, Features};
-use crate::corpus::{ShardId, StageKeys};
+use crate::corpus::{ClipRow, InputFile, ShardId, StageKeys};
 use crate::inputs::SourceSettings;
 use crate::motion::{Clip, Notice, Poses, RoleMap, Rotations};
 use crate::synthesis::{Made, ProvenanceRow, Recipe};
@@ -55,6 +55,8 @@ pub(crate) enum ClipOrigin {
     File(Box<FileJob>),
     /// The corpus itself: the stored channels.
     Stored,
+    /// The corpus too, but another shard of it: the clip's file is not there, and its shard is made anew.
+    Kept(Box<KeptJob>),
     /// A recipe, and the clips it is made from.
     Recipe(Box<RecipeJob>),
 }
@@ -68,6 +70,15 @@ pub(crate) struct FileJob {
     pub(crate) skeleton_blake3: Option<String>,
     pub(crate) settings: SourceSettings,
     pub(crate) procedural: bool,
+}
+
+/// What the corpus has of a clip that can't be read again.
+#[derive(Clone, Debug, Serialize, Deserialize)]
+pub(crate) struct KeptJob {
+    pub(crate) input: InputFile,
+    /// None: it is quarantined.
+    pub(crate) row: Option<ClipRow>,
+    pub(crate) notices: Vec<Notice>,
 }
 
 /// A recipe to make.
@@ -184,5 +195,25 @@ impl Work {
             Out::Rejected(row) => made = Some(*row),
         }
         Faulted { shard: self.shard, taken: self.taken, index: self.index, notices: self.notices, made }
+    }
+}
+
+#[cfg(test)]
+impl ShardJob {
+    /// The first shard, with so many stored clips, for tests of operators.
+    pub(crate) fn of_stored(n_clips: u32) -> ShardJob {
+        let clip = |clip_id| ClipJob {
+            clip_id,
+            source: "tests".to_owned(),
+            name: format!("clip_{clip_id}"),
+            origin: ClipOrigin::Stored,
+        };
+        ShardJob {
+            shard: ShardId::captured(0),
+            replaces: Vec::new(),
+            todo: Todo::Everything,
+            keys: StageKeys { ingest: "key".to_owned(), ..StageKeys::default() },
+            clips: (0..n_clips).map(clip).collect(),
+        }
     }
 }
