@@ -394,3 +394,16 @@ fn the_shared_captures_are_all_found() {
     assert!(shards.iter().all(|shard| shard.bytes <= 8 << 20));
     assert_eq!(hash_inputs(&cmu.inputs).iter().filter(|hash| hash.is_ok()).count(), 23);
 }
+
+#[test]
+fn no_notice_says_where_the_input_folder_lies() {
+    let root = folder(&["a/walk.amc", "a/actor.asf", "b/run.amc", "c/jump.amc"]);
+    let rule = ClipRule { name: "c/*".to_owned(), asf: Some("c/absent.asf".to_owned()), ..ClipRule::default() };
+    let found = find(root.path(), &InputRules { clips: vec![rule], ..InputRules::default() });
+    assert_eq!(kinds(&found), ["a/ skeleton-guessed", "b/run skeleton-absent", "c/jump skeleton-absent"]);
+    let messages: Vec<&str> = found.notices.iter().map(|notice| notice.notice.message.as_str()).collect();
+    assert_eq!(messages[0], "AMC files without an ASF of their name take actor.asf, the only one in the folder");
+    assert_eq!(messages[2], "c/jump.amc needs c/absent.asf, which is not in the input folder");
+    let place = root.path().to_str().unwrap();
+    assert!(messages.iter().all(|message| !message.contains(place)), "{messages:?}");
+}

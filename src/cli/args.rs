@@ -21,8 +21,18 @@ const TOUR: &str = "Examples:
 pub(crate) enum Verb {
     /// Mill captures into a corpus, as a pipeline says
     Run(Run),
+    /// Show a corpus, or one clip of it
+    Inspect(Inspect),
+    /// Find clips by gait, confidence, length, name, source and origin
+    Search(Search),
+    /// Write clips of a corpus as BVH or AMC
+    Export(Export),
     /// Make procedural captures, with the truth about every frame
     Synth(Synth),
+    /// Validate a pipeline, a config and inputs without working
+    Check(Check),
+    /// Read every file of a corpus again and compare it with its record
+    Verify(Verify),
 }
 
 #[derive(Debug, Args, Clone)]
@@ -65,6 +75,9 @@ pub(crate) struct Run {
     /// Which line of the hosts file this process is, from 0
     #[arg(long, value_name = "I", requires = "hosts")]
     pub(crate) process: Option<usize>,
+    /// How long the processes of a run wait for each other to come
+    #[arg(long, value_name = "SECONDS", default_value_t = 60, hide = true)]
+    pub(crate) hosts_deadline_s: u64,
     /// Removes clips whose files have gone
     #[arg(long)]
     pub(crate) prune: bool,
@@ -73,12 +86,120 @@ pub(crate) struct Run {
     pub(crate) json: bool,
 }
 
+#[derive(Debug, Args)]
+#[command(after_help = "Examples:
+  motionmill inspect demo/corpus
+  motionmill inspect demo/corpus walk_01 --strip walk.svg")]
+pub(crate) struct Inspect {
+    /// The corpus
+    pub(crate) corpus: PathBuf,
+    /// A clip: its name, its last part, or a prefix that only it has
+    pub(crate) clip: Option<String>,
+    /// Lists notes, warnings and faults, of one clip or all
+    #[arg(long, conflicts_with_all = ["doubtful", "made", "strip", "raw"])]
+    pub(crate) faults: bool,
+    /// Lists clips whose gait is doubtful (confidence below 0.8)
+    #[arg(long, conflicts_with_all = ["made", "clip", "strip", "raw"])]
+    pub(crate) doubtful: bool,
+    /// Lists recipes and what became of them
+    #[arg(long, conflicts_with_all = ["clip", "strip", "raw"])]
+    pub(crate) made: bool,
+    /// With a clip: draws it as a strip of stick figures; a made clip below its parents
+    #[arg(long, value_name = "FILE.svg", requires = "clip")]
+    pub(crate) strip: Option<PathBuf>,
+    /// With a clip: its joints, roles, channels and kinematic chains
+    #[arg(long, requires = "clip")]
+    pub(crate) raw: bool,
+    /// Prints JSON
+    #[arg(long)]
+    pub(crate) json: bool,
+}
+
+#[derive(Debug, Args)]
+#[command(after_help = "Examples:
+  motionmill search demo/corpus --gait walk --min-fraction 0.75 --min-seconds 2
+  motionmill search demo/corpus --gait walk --quiet | motionmill export demo/corpus - --format bvh --out walks")]
+pub(crate) struct Search {
+    /// The corpus
+    pub(crate) corpus: PathBuf,
+    /// The clip's class; with --min-fraction, the gait that has that share of its frames
+    #[arg(long, value_enum, value_name = "GAIT")]
+    pub(crate) gait: Option<GaitName>,
+    /// The least share of frames of --gait
+    #[arg(long, value_name = "0..1", requires = "gait", value_parser = share)]
+    pub(crate) min_fraction: Option<f64>,
+    /// The least confidence in the gait
+    #[arg(long, value_name = "0..1", value_parser = share)]
+    pub(crate) min_confidence: Option<f64>,
+    /// The shortest duration
+    #[arg(long, value_name = "S")]
+    pub(crate) min_seconds: Option<f64>,
+    /// A regular expression that fits somewhere in source/name
+    #[arg(long, value_name = "REGEX")]
+    pub(crate) name: Option<String>,
+    /// A source's label
+    #[arg(long, value_name = "LABEL")]
+    pub(crate) source: Option<String>,
+    /// Where the clip comes from
+    #[arg(long, value_enum, value_name = "ORIGIN")]
+    pub(crate) origin: Option<OriginName>,
+    /// Names only, one a line
+    #[arg(long, short, conflicts_with = "json")]
+    pub(crate) quiet: bool,
+    /// Prints JSON
+    #[arg(long)]
+    pub(crate) json: bool,
+}
+
+/// A gait as a word of the command line.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub(crate) enum GaitName {
+    Stand,
+    Walk,
+    Run,
+    Jump,
+    Other,
+    Unknown,
+}
+
+/// An origin as a word of the command line.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub(crate) enum OriginName {
+    Captured,
+    Procedural,
+    Graft,
+}
+
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 pub(crate) enum TextFormat {
     /// Biovision hierarchy
     Bvh,
     /// Acclaim: an .asf and an .amc
     Amc,
+}
+
+#[derive(Debug, Args)]
+#[command(after_help = "Examples:
+  motionmill export demo/corpus walk_01 --format bvh --out clips
+  motionmill search demo/corpus --origin graft --quiet | motionmill export demo/corpus - --format amc --out grafts")]
+pub(crate) struct Export {
+    /// The corpus
+    pub(crate) corpus: PathBuf,
+    /// Clips by name, its last part or a prefix that only it has; - reads names from standard input
+    #[arg(required = true, value_name = "CLIP")]
+    pub(crate) clips: Vec<String>,
+    /// Text format
+    #[arg(long, short, value_enum)]
+    pub(crate) format: TextFormat,
+    /// Folder to write to; files are named SOURCE/NAME in it
+    #[arg(long, short, value_name = "DIR", default_value = ".")]
+    pub(crate) out: PathBuf,
+    /// Overwrites files that are there and differ
+    #[arg(long)]
+    pub(crate) force: bool,
+    /// Prints what was written as JSON
+    #[arg(long)]
+    pub(crate) json: bool,
 }
 
 #[derive(Debug, Args)]
@@ -98,4 +219,40 @@ pub(crate) struct Synth {
     /// Folder to write to
     #[arg(long, short, value_name = "DIR")]
     pub(crate) out: PathBuf,
+}
+
+#[derive(Debug, Args)]
+#[command(after_help = "Examples:
+  motionmill check demo
+  motionmill check enrich --config cmu --input cmu --set contacts.thesis.max_height_m=0.04
+
+Exit codes: 0 nothing to complain of; 2 mistakes in arguments, config or plan; 3 some clips can't be used.")]
+pub(crate) struct Check {
+    #[command(flatten)]
+    pub(crate) plan: PlanArgs,
+    /// Prints JSON
+    #[arg(long)]
+    pub(crate) json: bool,
+}
+
+#[derive(Debug, Args)]
+#[command(after_help = "Examples:
+  motionmill verify demo/corpus
+  motionmill verify demo/corpus --json
+
+Exit codes: 0 every file is as it was written; 1 some are not.")]
+pub(crate) struct Verify {
+    /// The corpus
+    pub(crate) corpus: PathBuf,
+    /// Prints JSON
+    #[arg(long)]
+    pub(crate) json: bool,
+}
+
+/// A number from 0 to 1.
+fn share(text: &str) -> Result<f64, String> {
+    match text.parse::<f64>() {
+        Ok(share) if (0.0..=1.0).contains(&share) => Ok(share),
+        _ => Err("a number from 0 to 1 is needed".to_owned()),
+    }
 }

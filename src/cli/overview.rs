@@ -1,11 +1,11 @@
 //! The table of what a corpus holds: what a run ends with and `inspect` begins with.
 
+use super::distrust::is_doubtful;
 use super::numbers::{counted, grouped, grouped_text};
 use crate::annotate::Gait;
 use crate::corpus::{ClipRow, CorpusError, Manifest, Origin, Store, read_clips, read_edges, read_made, read_nodes};
 use serde::Serialize;
 use std::collections::BTreeMap;
-use std::fmt::Write;
 
 /// Clips, frames and hours of one kind.
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
@@ -22,8 +22,9 @@ pub(crate) struct Overview {
     origin: String,
     captured: Amount,
     by_gait: BTreeMap<String, Amount>,
-    doubtful_walks: u64,
-    without_feet: u64,
+    /// Clips whose gait has a confidence below 0.8.
+    doubtful: u64,
+    without_feet: Amount,
     quarantined: u64,
     grafted: Amount,
     recipes: u64,
@@ -56,7 +57,7 @@ impl Overview {
             }
             overview.captured.add(clip);
             let Some(gait) = clip.labels.gait_class else {
-                overview.without_feet += 1;
+                overview.without_feet.add(clip);
                 continue;
             };
             let row = match gait {
@@ -64,8 +65,8 @@ impl Overview {
                 gait => gait.name(),
             };
             overview.by_gait.entry(row.to_owned()).or_default().add(clip);
-            if clip.labels.gait_confidence.is_some_and(|confidence| confidence < DOUBTFUL) {
-                overview.doubtful_walks += 1;
+            if is_doubtful(clip) {
+                overview.doubtful += 1;
             }
         }
         overview.quarantined = manifest
@@ -112,60 +113,63 @@ impl Overview {
 
     /// As a table. `corpus` is what the user calls it.
     pub(crate) fn text(&self, corpus: &str) -> String {
-        let mut text = String::new();
-        let mut row = |name: &str, amount: Option<&Amount>, clips: u64, remark: &str| {
-            let (frames, hours) = amount.map_or((String::new(), String::new()), |amount| {
-                (grouped(amount.frames), format!("{:.2}", amount.hours))
-            });
-            let line = format!("  {name:<20}{:>9}{frames:>12}{hours:>8}     {remark}", grouped(clips));
-            // A String takes whatever is written to it.
-            let _ = writeln!(text, "{}", line.trim_end());
+        let mut lines = vec![line("", "clips", "frames", "hours", "")];
+        let mut row = |name: &str, amount: &Amount, remark: &str| {
+            let hours = format!("{:.2}", amount.hours);
+            lines.push(line(name, &grouped(amount.clips), &grouped(amount.frames), &hours, remark));
         };
-        row("", None, 0, "");
-        let doubtful = match self.doubtful_walks {
+        let doubtful = match self.doubtful {
             0 => String::new(),
             n => format!("confidence < {DOUBTFUL}: {} (motionmill inspect {corpus} --doubtful)", counted(n, "clip")),
         };
-        row(&self.origin, Some(&self.captured), self.captured.clips, &doubtful);
+        row(&self.origin, &self.captured, &doubtful);
         for name in ROWS {
             if let Some(amount) = self.by_gait.get(name) {
-                row(&format!("  {name}"), Some(amount), amount.clips, "");
+                row(&format!("  {name}"), amount, "");
             }
         }
-        if self.without_feet > 0 {
-            row("  without feet", None, self.without_feet, "joints not recognized: no contacts, no gait");
-        }
-        if self.quarantined > 0 {
-            row("quarantined", None, self.quarantined, &format!("motionmill inspect {corpus} --faults"));
+        if self.without_feet.clips > 0 {
+            let (name, remark) = match self.by_gait.is_empty() {
+                true => ("  without gait", "the stages contacts and gait have not run, or found no feet"),
+                false => ("  without feet", "joints not recognized: no contacts, no gait"),
+            };
+            row(name, &self.without_feet, remark);
         }
         if self.recipes > 0 {
-            let rejected: u64 = self.rejected.values().sum();
-            let mut remark = format!("of {} recipes", grouped_text(&self.product));
-            if rejected > 0 {
-                let mut reasons: Vec<(&String, &u64)> = self.rejected.iter().collect();
-                reasons.sort_by(|a, b| b.1.cmp(a.1).then(a.0.cmp(b.0)));
-                let shown: Vec<String> = reasons.iter().take(3).map(|(reason, n)| format!("{reason} {n}")).collect();
-                let more = if reasons.len() > 3 { ", ..." } else { "" };
-                let _ =
-                    write!(remark, "; {} made or tried and rejected ({}{more})", grouped(rejected), shown.join(", "));
-            }
-            row("grafted", Some(&self.grafted), self.grafted.clips, &remark);
+            row("grafted", &self.grafted, &self.recipes_in_words());
         }
-        let header = format!("  {:<20}{:>9}{:>12}{:>8}", "", "clips", "frames", "hours");
-        let mut lines: Vec<&str> = text.lines().collect();
-        lines[0] = &header;
-        let mut text = lines.join("\n");
+        if self.quarantined > 0 {
+            let remark = format!("motionmill inspect {corpus} --faults");
+            lines.push(line("quarantined", &grouped(self.quarantined), "", "", &remark));
+        }
         if let Some(threshold) = self.threshold_m2 {
-            let _ = write!(
-                text,
-                "\ngraph    {} nodes, {} edges; {:.0} % of the samples in one strongly connected component at T = {threshold} m²",
+            lines.push(format!(
+                "graph    {} nodes, {} edges; {:.0} % of the samples in one strongly connected component at T = {threshold} m²",
                 grouped(self.nodes),
                 grouped(self.edges),
                 100.0 * self.largest_component_share
-            );
+            ));
         }
-        text
+        lines.join("\n")
     }
+
+    fn recipes_in_words(&self) -> String {
+        let rejected: u64 = self.rejected.values().sum();
+        let of = format!("{} tried, of {} that could be made", grouped(self.recipes), grouped_text(&self.product));
+        if rejected == 0 {
+            return of;
+        }
+        let mut reasons: Vec<(&String, &u64)> = self.rejected.iter().collect();
+        reasons.sort_by(|a, b| b.1.cmp(a.1).then(a.0.cmp(b.0)));
+        let shown: Vec<String> = reasons.iter().take(3).map(|(reason, n)| format!("{reason} {n}")).collect();
+        let more = if reasons.len() > 3 { ", ..." } else { "" };
+        format!("{of}; {} rejected ({}{more})", grouped(rejected), shown.join(", "))
+    }
+}
+
+/// A line of the table: numbers stand below each other.
+fn line(name: &str, clips: &str, frames: &str, hours: &str, remark: &str) -> String {
+    format!("  {name:<20}{clips:>9}{frames:>12}{hours:>8}     {remark}").trim_end().to_owned()
 }
 
 impl Amount {
@@ -177,7 +181,7 @@ impl Amount {
 }
 
 /// A table that may not have been made yet.
-fn there<T>(read: Result<T, CorpusError>) -> Result<Option<T>, CorpusError> {
+pub(crate) fn there<T>(read: Result<T, CorpusError>) -> Result<Option<T>, CorpusError> {
     match read {
         Ok(rows) => Ok(Some(rows)),
         Err(CorpusError::NotThere { .. }) => Ok(None),

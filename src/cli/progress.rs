@@ -3,6 +3,7 @@
 //! One thread reads the gauges; nothing that mills ever prints.
 
 use super::numbers::grouped;
+use super::output::tell;
 use crate::flow::gauges::Gauges;
 use indicatif::{ProgressBar, ProgressStyle};
 use std::io::IsTerminal;
@@ -55,10 +56,10 @@ fn draw_bars(gauges: &Gauges, stop: &AtomicBool) {
     loop {
         let ended = stop.load(Ordering::Relaxed);
         let phase = gauges.phase();
-        if bar.as_ref().is_some_and(|(name, ..)| *name != phase) {
-            if let Some((_, bar, _)) = bar.take() {
-                bar.abandon();
-            }
+        if bar.as_ref().is_some_and(|(name, ..)| *name != phase)
+            && let Some((_, bar, _)) = bar.take()
+        {
+            bar.abandon();
         }
         if !phase.is_empty() && bar.is_none() && !ended {
             let new = ProgressBar::new(0).with_style(style.clone()).with_prefix(phase.clone());
@@ -92,12 +93,8 @@ fn print_lines(gauges: &Gauges, stop: &AtomicBool) {
             last = Instant::now();
             let (done, total) = (gauges.clips_done.load(Ordering::Relaxed), gauges.clips_total.load(Ordering::Relaxed));
             let words = words(gauges, since.elapsed());
-            eprintln!(
-                "{:>5.0} s  {phase:<8} {}/{}   {words}",
-                start.elapsed().as_secs_f64(),
-                grouped(done),
-                grouped(total)
-            );
+            let seconds = start.elapsed().as_secs_f64();
+            tell(&format!("{seconds:>5.0} s  {phase:<8} {}/{}   {words}", grouped(done), grouped(total)));
         }
     }
 }

@@ -1,16 +1,18 @@
 //! `run`: a pipeline over captures.
 
-use super::Ending;
 use super::args::Run;
 use super::numbers::{bytes, counted, duration, grouped};
+use super::output::{Refusal, say, tell};
 use super::overview::Overview;
 use super::progress::Progress;
 use super::synth::{SynthError, write_captures};
+use super::{Ending, give};
 use crate::corpus::open_to_read;
 use crate::flow::gauges::{Gauges, Station};
 use crate::flow::halt::HaltFlag;
 use crate::flow::mesh::Hosts;
 use crate::flow::{RunError, RunReport, RunRequest};
+use crate::inputs::find_inputs;
 use crate::motion::Format;
 use crate::plan::{Plan, WithoutInput};
 use serde_json::json;
@@ -18,23 +20,24 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
-/// How long processes wait for each other.
-const HOSTS_DEADLINE: Duration = Duration::from_secs(60);
-
 /// Runs the verb.
 pub(super) fn run(args: Run) -> Ending {
     let start = Instant::now();
     let plan = match Plan::load(&args.plan.pipeline, args.plan.config.as_deref(), &args.plan.sets) {
         Ok(plan) => plan,
         Err(errors) => {
-            errors.iter().for_each(|error| eprintln!("{error}\n"));
-            return Ending::BadPlan;
+            return give(Err(errors.into()));
         }
     };
-    let hosts = match args.hosts.as_deref().map(|file| read_hosts(file, args.process.unwrap_or(0))).transpose() {
+    let hosts = match args
+        .hosts
+        .as_deref()
+        .map(|file| read_hosts(file, args.process.unwrap_or(0), args.hosts_deadline_s))
+        .transpose()
+    {
         Ok(hosts) => hosts,
         Err(message) => {
-            eprintln!("{message}");
+            tell(&message);
             return Ending::BadPlan;
         }
     };
@@ -42,27 +45,33 @@ pub(super) fn run(args: Run) -> Ending {
     let makes_people = args.plan.input.is_empty() && plan.config.ingest.without_input == WithoutInput::Procedural;
     let out = args.out.clone().unwrap_or_else(|| PathBuf::from(if makes_people { "demo/corpus" } else { "corpus" }));
     let mut inputs = args.plan.input.clone();
-    if makes_people {
+    let leads = hosts.as_ref().is_none_or(|hosts| hosts.process == 0);
+    if makes_people && leads {
         match people(&out, &plan) {
             Ok(folder) => inputs.push(folder),
             Err(error) => {
-                eprintln!("error: {error}");
+                tell(&format!("error: {error}"));
                 return Ending::Failed;
             }
         }
     }
-    if inputs.is_empty() && !out.join("manifest.json").exists() {
+    if leads && inputs.is_empty() && !out.join("manifest.json").exists() {
         let pipeline = &plan.pipeline;
-        eprintln!(
-            "error: no input\n  why: pipeline `{pipeline}` reads captures, and none were named\n  try: --input DIR with a folder of .bvh, or .asf and .amc, files"
-        );
-        return Ending::BadPlan;
+        let why = format!("pipeline `{pipeline}` reads captures, and none were named");
+        let remedy = "--input DIR with a folder of .bvh, or .asf and .amc, files";
+        return give(Err(Refusal::new("no input", why, remedy).in_arguments()));
+    }
+    // A folder that is not there is a mistake in the arguments, found before any work.
+    let rules = plan.config.input_rules();
+    if leads && let Err(errors) = find_inputs(&inputs, &rules, plan.config.limits.max_clip_bytes) {
+        return give(Err(errors.into()));
     }
     let procedural = makes_people;
     let request =
         RunRequest { plan, inputs, procedural, out, workers, hosts, strict: args.plan.strict, prune: args.prune };
     let stages: Vec<&str> = request.plan.stages.iter().map(|planned| planned.stage.name()).collect();
-    eprintln!("plan     {}: {}    {}", request.plan.pipeline, stages.join(" "), counted(workers as u64, "worker"));
+    let with = counted(workers as u64, "worker");
+    tell(&format!("plan     {}: {}    {with}", request.plan.pipeline, stages.join(" ")));
     let flag = Arc::new(HaltFlag::default());
     let heard = Arc::clone(&flag);
     // Without a handler Ctrl-C would end the process at once; the corpus stays resumable either way.
@@ -73,17 +82,18 @@ pub(super) fn run(args: Run) -> Ending {
     });
     let gauges = Arc::new(Gauges::default());
     let progress = Progress::show(Arc::clone(&gauges));
-    let result = crate::flow::run(&request, &gauges, &flag, |line| eprintln!("{line}"));
+    let result = crate::flow::run(&request, &gauges, &flag, tell);
     drop(progress);
     let name = request.out.display().to_string();
     match result {
         Ok(report) => finish(&request, &report, &gauges, start.elapsed(), args.json),
         Err(RunError::Interrupted { safe, .. }) => {
-            eprintln!("interrupted: {} safe in {name}; the same command continues", counted(safe as u64, "clip"));
+            let safe = counted(safe as u64, "clip");
+            tell(&format!("interrupted: {safe} safe in {name}; the same command continues"));
             Ending::Interrupted
         }
         Err(error) => {
-            eprintln!("error: {error}");
+            tell(&format!("error: {error}"));
             Ending::Failed
         }
     }
@@ -100,22 +110,20 @@ fn people(out: &Path, plan: &Plan) -> Result<PathBuf, SynthError> {
 fn finish(request: &RunRequest, report: &RunReport, gauges: &Gauges, took: Duration, as_json: bool) -> Ending {
     let leads = request.hosts.as_ref().is_none_or(|hosts| hosts.process == 0);
     if !leads {
-        eprintln!("done: process 0 has the table");
+        tell("done: process 0 has the table");
         return Ending::Done;
     }
     let name = request.out.display().to_string();
     let overview = open_to_read(&request.out).and_then(|(store, manifest)| Overview::of(&store, &manifest));
     let overview = match overview {
         Ok(overview) => overview,
-        Err(error) => {
-            eprintln!("error: {error}");
-            return Ending::Failed;
-        }
+        Err(error) => return give(Err(error.into())),
     };
     report
         .gone
         .iter()
-        .for_each(|clip| eprintln!("note: {clip}: its file has gone; its rows stay (--prune removes them)"));
+        .for_each(|clip| tell(&format!("note: {clip}: its file has gone; its rows stay (--prune removes them)")));
+    let mut lines = Vec::new();
     if as_json {
         let stations: serde_json::Map<String, serde_json::Value> =
             Station::ALL.iter().map(|&s| (s.name().to_owned(), json!(gauges.time_at(s).as_secs_f64()))).collect();
@@ -124,44 +132,46 @@ fn finish(request: &RunRequest, report: &RunReport, gauges: &Gauges, took: Durat
             .iter()
             .map(|(name, frames, time)| json!({"name": name, "frames": frames, "seconds": time.as_secs_f64()}))
             .collect();
-        println!(
-            "{}",
-            json!({
-                "corpus": name, "up_to_date": report.up_to_date, "found": report.found, "parsed": report.parsed,
-                "finished": report.finished, "quarantined": report.quarantined, "gone": report.gone, "seconds": took.as_secs_f64(),
-                "peak_bytes": peak_bytes(), "stations_s": stations, "dataflows": dataflows, "holds": overview,
-            })
-        );
+        let result = json!({
+            "corpus": name, "up_to_date": report.up_to_date, "found": report.found, "parsed": report.parsed,
+            "finished": report.finished, "quarantined": report.quarantined, "gone": report.gone,
+            "seconds": took.as_secs_f64(), "peak_bytes": peak_bytes(), "stations_s": stations,
+            "dataflows": dataflows, "holds": overview,
+        });
+        lines.push(result.to_string());
     } else if report.up_to_date {
-        println!("corpus is up to date ({}); nothing to do", counted(report.finished as u64, "clip"));
+        lines.push(format!("corpus is up to date ({}); nothing to do", counted(report.finished as u64, "clip")));
     } else {
-        println!(
+        lines.push(format!(
             "inputs   {}, {} found; {} read, {} already in {name}",
             counted(report.found as u64, "clip"),
             bytes(report.bytes),
             grouped(report.parsed as u64),
             grouped(report.finished as u64)
-        );
+        ));
         for (dataflow, frames, time) in report.dataflows.iter().filter(|(_, frames, _)| *frames > 0) {
             let rate = *frames as f64 / time.as_secs_f64().max(1e-3);
-            println!(
+            lines.push(format!(
                 "{dataflow:<8} {} frames in {}, {} frames/s",
                 grouped(*frames),
                 duration(*time),
                 grouped(rate as u64)
-            );
+            ));
         }
-        println!("{}", shares(gauges));
-        println!("{}", overview.text(&name));
+        lines.push(shares(gauges));
+        lines.push(overview.text(&name));
         let text = if report.bytes > 0 && report.parsed == report.found {
             format!(" ({:.2} of the text)", overview.bytes() as f64 / report.bytes as f64)
         } else {
             String::new()
         };
         let peak = peak_bytes().map_or(String::new(), |peak| format!(", peak {}", bytes(peak)));
-        println!("corpus   {name} {}{text}, {}{peak}", bytes(overview.bytes()), duration(took));
-        println!("\nOpen it:  duckdb -c \"SELECT gait_class, sum(duration_s) FROM '{name}/clips.parquet' GROUP BY 1\"");
+        lines.push(format!("corpus   {name} {}{text}, {}{peak}", bytes(overview.bytes()), duration(took)));
+        lines.push(format!(
+            "\nOpen it:  duckdb -c \"SELECT gait_class, sum(duration_s) FROM '{name}/clips.parquet' GROUP BY 1\""
+        ));
     }
+    say(&(lines.join("\n") + "\n"));
     if report.quarantined > 0 { Ending::Quarantined } else { Ending::Done }
 }
 
@@ -184,7 +194,7 @@ fn peak_bytes() -> Option<u64> {
     Some(line.split_whitespace().nth(1)?.parse::<u64>().ok()? * 1024)
 }
 
-fn read_hosts(file: &Path, process: usize) -> Result<Hosts, String> {
+fn read_hosts(file: &Path, process: usize, deadline_s: u64) -> Result<Hosts, String> {
     let refused = |what: String, why: &str, remedy: &str| {
         format!("error: {}: {what}\n  why: {why}\n  try: {remedy}", file.display())
     };
@@ -204,5 +214,5 @@ fn read_hosts(file: &Path, process: usize) -> Result<Hosts, String> {
             "--process with the number of this process' line",
         ));
     }
-    Ok(Hosts { addresses, process, deadline: HOSTS_DEADLINE })
+    Ok(Hosts { addresses, process, deadline: Duration::from_secs(deadline_s) })
 }

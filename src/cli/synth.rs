@@ -3,6 +3,7 @@
 use super::Ending;
 use super::args::{Synth, TextFormat};
 use super::numbers::{counted, grouped};
+use super::output::{say, tell};
 use crate::formats::{WriteError, write_amc, write_bvh};
 use crate::motion::Format;
 use crate::procedural::{self, ClipSpec, MakeError, SyntheticClip};
@@ -28,11 +29,12 @@ pub(super) fn synth(args: &Synth) -> Ending {
     };
     match write_captures(&args.out, args.clips, args.seed, format) {
         Ok(frames) => {
-            println!("{}, {} frames in {}", counted(args.clips as u64, "clip"), grouped(frames), args.out.display());
+            let (clips, frames) = (counted(args.clips as u64, "clip"), grouped(frames));
+            say(&format!("{clips}, {frames} frames in {}\n", args.out.display()));
             Ending::Done
         }
         Err(error) => {
-            eprintln!("error: {error}");
+            tell(&format!("error: {error}"));
             Ending::Failed
         }
     }

@@ -302,7 +302,7 @@ impl Search<'_> {
         Err(notice(
             Severity::Fault,
             "skeleton-absent",
-            format!("{} needs {}, which is not there", path_text(&file.below), path.display()),
+            format!("{} needs {named}, which is not in the input folder", path_text(&file.below)),
             "an AMC holds angles only; bones and axes are in the ASF, so the clip is left out",
             "mend `asf` in your config: a path from the input folder",
         ))
@@ -310,6 +310,7 @@ impl Search<'_> {
 
     /// One note a folder.
     fn note_guess(&mut self, folder: &Path, asf: &Path) {
+        let asf = asf.file_name().map_or_else(String::new, text_of);
         let name = format!("{}/", path_text(folder));
         let kind = "skeleton-guessed";
         let same =
@@ -321,7 +322,8 @@ impl Search<'_> {
         let note = notice(
             Severity::Note,
             kind,
-            format!("AMC files without an ASF of their name take {}, the only one in the folder", asf.display()),
+            // Names below the input folder only: where that lies must not show in the tables.
+            format!("AMC files without an ASF of their name take {asf}, the only one in the folder"),
             "a wrong skeleton gives wrong poses",
             "if it is another body's, name the right one as `asf` in a [[clip]] of your config",
         );
@@ -335,14 +337,13 @@ impl Search<'_> {
 
     fn meet(&mut self, obstacle: &Obstacle) {
         let below = path_text(&obstacle.below);
-        let path = self.root.given.join(&obstacle.below);
         let (name, notice) = match &obstacle.kind {
             ObstacleKind::Folder(error) => (
                 format!("{below}/"),
                 notice(
                     Severity::Fault,
                     "folder-unreadable",
-                    format!("folder {} can't be listed: {error}", path.display()),
+                    format!("folder {below}/ can't be listed: {error}"),
                     "clips in it are left out; the others go on",
                     "give permission to read it, or move it out of the input folder",
                 ),
@@ -352,7 +353,7 @@ impl Search<'_> {
                 notice(
                     Severity::Fault,
                     "file-unreadable",
-                    format!("{} can't be looked at: {error}", path.display()),
+                    format!("{below} can't be looked at: {error}"),
                     "without its bytes it is left out; the others go on",
                     "mend or remove it",
                 ),
@@ -362,7 +363,7 @@ impl Search<'_> {
                 notice(
                     Severity::Fault,
                     "not-a-file",
-                    format!("{} is a pipe, socket or device", path.display()),
+                    format!("{below} is a pipe, socket or device"),
                     "reading it could wait forever, so it is left out",
                     "put a regular file there",
                 ),
@@ -372,10 +373,7 @@ impl Search<'_> {
                 notice(
                     Severity::Note,
                     "folder-linked-again",
-                    format!(
-                        "{} links to a folder that is walked already, or that holds the input folder",
-                        path.display()
-                    ),
+                    format!("{below} links to a folder that is walked already, or that holds the input folder"),
                     "following it would give every clip twice, or never end",
                     "nothing to do; remove the link to be rid of this note",
                 ),

@@ -67,7 +67,8 @@ fn unreadable(path: &Path, error: &str) -> Notice {
         line: None,
         frame: None,
         count: 1,
-        message: format!("{} can't be read: {error}", path.display()),
+        // Its name only: where the input folder lies must not show in the tables.
+        message: format!("{} can't be read: {error}", path.file_name().unwrap_or_default().display()),
         why: "without its bytes the clip is left out; the others go on".to_owned(),
         remedy: "make it readable, or list the clip under `skip` in your config".to_owned(),
     }

@@ -1,0 +1,137 @@
+//! What goes out: results to standard output, messages to standard error, refusals in three lines.
+//!
+//! A verb gives an [`Answer`] or a [`Refusal`]; nothing panics because a reader has gone (`... | head`).
+
+use super::Ending;
+use crate::corpus::{CorpusError, LookUpError};
+use crate::inputs::InputError;
+use crate::plan::PlanError;
+use serde::Serialize;
+use std::io::{ErrorKind, Write};
+
+/// What a verb found.
+#[derive(Debug)]
+pub(super) struct Answer {
+    /// For standard output, whole.
+    pub(super) text: String,
+    /// For standard error, after it.
+    pub(super) remarks: Vec<String>,
+    /// How the verb ends.
+    pub(super) ending: Ending,
+}
+
+/// Why a verb could not do its work, in the words that the user sees.
+#[derive(Debug)]
+pub(super) struct Refusal {
+    pub(super) text: String,
+    pub(super) ending: Ending,
+}
+
+impl Answer {
+    /// Text for people.
+    pub(super) fn text(text: String) -> Answer {
+        Answer { text, remarks: Vec::new(), ending: Ending::Done }
+    }
+
+    /// The same for programs.
+    pub(super) fn json(value: &impl Serialize) -> Answer {
+        // Strings, numbers and maps with string keys: nothing that JSON can't hold.
+        let mut text = serde_json::to_string_pretty(value).expect("plain fields always make JSON");
+        text.push('\n');
+        Answer::text(text)
+    }
+
+    /// Says something beside the result.
+    pub(super) fn remark(mut self, remark: impl Into<String>) -> Answer {
+        self.remarks.push(remark.into());
+        self
+    }
+
+    /// Ends otherwise.
+    pub(super) fn ending(mut self, ending: Ending) -> Answer {
+        self.ending = ending;
+        self
+    }
+}
+
+impl Refusal {
+    /// What, why and what to do; exit code 1.
+    pub(super) fn new(what: impl AsRef<str>, why: impl AsRef<str>, remedy: impl AsRef<str>) -> Refusal {
+        let text = three_lines("error", what.as_ref(), why.as_ref(), remedy.as_ref());
+        Refusal { text, ending: Ending::Failed }
+    }
+
+    /// The fault is in the arguments; exit code 2.
+    pub(super) fn in_arguments(mut self) -> Refusal {
+        self.ending = Ending::BadPlan;
+        self
+    }
+}
+
+impl From<CorpusError> for Refusal {
+    fn from(error: CorpusError) -> Refusal {
+        Refusal::new(error.to_string(), error.why(), error.remedy())
+    }
+}
+
+impl From<LookUpError> for Refusal {
+    fn from(error: LookUpError) -> Refusal {
+        match &error {
+            LookUpError::NotFound { nearest, .. } => {
+                let remedy = match nearest.as_slice() {
+                    [] => "motionmill search CORPUS --quiet lists all names".to_owned(),
+                    near => near.join(", "),
+                };
+                Refusal::new(error.to_string(), "a name, its last part, or a prefix that only one clip has", remedy)
+            }
+            LookUpError::Ambiguous { matches, .. } => Refusal::new(
+                error.to_string(),
+                "one clip is meant, and none of these is nearer than the others",
+                matches.first().map_or("", String::as_str),
+            ),
+        }
+    }
+}
+
+impl From<Vec<PlanError>> for Refusal {
+    fn from(errors: Vec<PlanError>) -> Refusal {
+        let texts: Vec<String> = errors.iter().map(PlanError::to_string).collect();
+        Refusal { text: texts.join("\n\n"), ending: Ending::BadPlan }
+    }
+}
+
+impl From<Vec<InputError>> for Refusal {
+    fn from(errors: Vec<InputError>) -> Refusal {
+        let texts: Vec<String> = errors
+            .iter()
+            .map(|error| {
+                let remedy = "--input with a folder that holds .bvh, or .amc and .asf, files, or with such a file";
+                three_lines("error", &error.to_string(), "captures are read from there", remedy)
+            })
+            .collect();
+        Refusal { text: texts.join("\n\n"), ending: Ending::BadPlan }
+    }
+}
+
+/// `error: what`, and below it why and what to do.
+pub(super) fn three_lines(word: &str, what: &str, why: &str, remedy: &str) -> String {
+    format!("{word}: {what}\n  why: {why}\n  try: {remedy}")
+}
+
+/// Writes to standard output. A reader who has gone has had enough; anything else that fails ends the program.
+pub(super) fn say(text: &str) {
+    let mut out = std::io::stdout().lock();
+    match out.write_all(text.as_bytes()).and_then(|()| out.flush()) {
+        Err(error) if error.kind() != ErrorKind::BrokenPipe => {
+            let why = "the result goes to standard output";
+            tell(&three_lines("error", &error.to_string(), why, "another place for it: > FILE"));
+            std::process::exit(1);
+        }
+        _ => {}
+    }
+}
+
+/// Writes a line to standard error; that nobody hears it is no reason to stop.
+pub(super) fn tell(line: &str) {
+    let _ = writeln!(std::io::stderr().lock(), "{line}");
+}
