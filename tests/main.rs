@@ -3,14 +3,18 @@
 
 mod bandai;
 mod captures;
+mod cli;
 mod contacts;
 mod corpus;
 mod corpus_samples;
 mod corpus_tables;
+mod dataflow;
+mod front_page;
 mod gaits;
 mod golden;
 mod grafts;
 mod hostile;
+mod house;
 mod inputs;
 mod motion;
 mod pass_shares;

@@ -477,7 +477,9 @@ mod tests {
             });
             let there = steps.into_iter().map(|step| {
                 next.borrow_mut().push_back(step);
-                (0..10).for_each(|_| drop(worker.step()));
+                (0..10).for_each(|_| {
+                    worker.step();
+                });
                 read_record(&store, shard.shard).unwrap().is_some()
             });
             there.collect()
