@@ -131,7 +131,10 @@ impl Store {
         let (mut files, mut folders) = (Vec::new(), Vec::new());
         let entries = match fs::read_dir(&path) {
             Ok(entries) => entries,
-            Err(error) if error.kind() == io::ErrorKind::NotFound => return Ok((files, folders)),
+            // A file in the place of a folder holds nothing either; whoever has to write there is refused.
+            Err(error) if matches!(error.kind(), io::ErrorKind::NotFound | io::ErrorKind::NotADirectory) => {
+                return Ok((files, folders));
+            }
             Err(error) => return Err(CorpusError::io(&path, "listing", error)),
         };
         for entry in entries {

@@ -430,6 +430,8 @@ mod tests {
     enum Step {
         Give(usize),
         Advance(Lane),
+        /// Without this the dataflow, and so the test, would never be done.
+        End,
     }
 
     fn fault(shard: &Arc<ShardJob>, index: usize) -> Faulted {
@@ -462,11 +464,14 @@ mod tests {
                     move |mut capability, info| {
                         let me = scope.activator_for(info.address);
                         capability.downgrade(&Lane::At(0, 0));
+                        let mut capability = Some(capability);
                         move |output| {
+                            let Some(held) = &mut capability else { return };
                             me.activate();
                             match given.borrow_mut().pop_front() {
-                                Some(Step::Give(index)) => output.session(&capability).give(fault(&of, index)),
-                                Some(Step::Advance(lane)) => capability.downgrade(&lane),
+                                Some(Step::Give(index)) => output.session(&*held).give(fault(&of, index)),
+                                Some(Step::Advance(lane)) => held.downgrade(&lane),
+                                Some(Step::End) => capability = None,
                                 None => {}
                             }
                         }
@@ -482,7 +487,9 @@ mod tests {
                 });
                 read_record(&store, shard.shard).unwrap().is_some()
             });
-            there.collect()
+            let there = there.collect();
+            next.borrow_mut().push_back(Step::End);
+            there
         })
     }
 
