@@ -225,6 +225,8 @@ fn whole_corpus(folder: &std::path::Path) -> Store {
             clip_id: clip.row.clip_id,
             blake3: "0".repeat(64),
             skeleton_blake3: None,
+            key: "key".to_owned(),
+            bytes: 17,
             state: ClipState::Present,
             shard: ShardId::captured(0),
         };

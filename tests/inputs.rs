@@ -2,7 +2,7 @@
 
 use crate::shared_data::captures;
 use motionmill::inputs::{
-    ClipRule, Difference, Found, Input, InputError, InputRules, Keyed, SourceRule, cut_shards, find_inputs, hash_inputs,
+    ClipRule, Difference, Found, InputError, InputRules, Keyed, SourceRule, cut_shards, find_inputs, hash_inputs,
 };
 use motionmill::motion::{Format, Severity, UpAxis};
 use motionmill::plan::Config;
@@ -303,30 +303,17 @@ fn a_file_that_vanishes_before_it_is_hashed_is_a_fault_of_its_clip() {
     assert!(hashes[1].is_ok());
 }
 
-fn sized(sizes: &[(&str, u64)]) -> Vec<Input> {
-    let input = |&(name, bytes): &(&str, u64)| Input {
-        source: "s".into(),
-        name: name.into(),
-        path: name.into(),
-        kind: Format::Bvh,
-        asf: None,
-        bytes,
-        settings: Default::default(),
-    };
-    sizes.iter().map(input).collect()
-}
-
 #[test]
 fn shards_are_cut_where_the_text_is_full() {
-    let inputs = sized(&[("a", 3), ("b", 4), ("c", 3), ("d", 1), ("e", 100), ("f", 1), ("g", 0)]);
+    let sizes = [3, 4, 3, 1, 100, 1, 0];
     let cut = |text_bytes: u64| {
-        cut_shards(&inputs, text_bytes).iter().map(|shard| (shard.clips.clone(), shard.bytes)).collect::<Vec<_>>()
+        cut_shards(sizes, text_bytes).iter().map(|shard| (shard.clips.clone(), shard.bytes)).collect::<Vec<_>>()
     };
     assert_eq!(cut(7), [(0..2, 7), (2..4, 4), (4..5, 100), (5..7, 1)]);
     assert_eq!(cut(10), [(0..3, 10), (3..4, 1), (4..5, 100), (5..7, 1)]);
     assert_eq!(cut(u64::MAX), [(0..7, 112)]);
     assert_eq!(cut(1), [(0..1, 3), (1..2, 4), (2..3, 3), (3..4, 1), (4..5, 100), (5..7, 1)]);
-    assert!(cut_shards(&[], 7).is_empty());
+    assert!(cut_shards([], 7).is_empty());
 }
 
 #[test]
@@ -338,7 +325,7 @@ fn shards_do_not_depend_on_the_order_of_the_folders() {
         let clips = |shard: &motionmill::inputs::Shard| {
             found.inputs[shard.clips.clone()].iter().map(|input| format!("{}/{}", input.source, input.name)).collect()
         };
-        cut_shards(&found.inputs, 20).iter().map(clips).collect::<Vec<Vec<String>>>()
+        cut_shards(found.inputs.iter().map(|input| input.bytes), 20).iter().map(clips).collect::<Vec<Vec<String>>>()
     };
     let one = shards(["x", "y", "z"]);
     assert_eq!(one, [vec!["x/a", "x/b"], vec!["y/a"], vec!["y/deep/er/c"], vec!["z/d"]]);
@@ -389,7 +376,7 @@ fn the_shared_captures_are_all_found() {
     let extra = find("extra", "cmu");
     assert_eq!((extra.inputs.len(), extra.notices.len()), (6, 0));
     // 45 MB of CMU text: a handful of shards, each within the limit.
-    let shards = cut_shards(&cmu.inputs, 8 << 20);
+    let shards = cut_shards(cmu.inputs.iter().map(|input| input.bytes), 8 << 20);
     assert!((5..=8).contains(&shards.len()), "{}", shards.len());
     assert!(shards.iter().all(|shard| shard.bytes <= 8 << 20));
     assert_eq!(hash_inputs(&cmu.inputs).iter().filter(|hash| hash.is_ok()).count(), 23);

@@ -33,6 +33,8 @@ pub(crate) enum Verb {
     Check(Check),
     /// Read every file of a corpus again and compare it with its record
     Verify(Verify),
+    /// Make a grown corpus as if from nothing, out of what it holds
+    Compact(Compact),
 }
 
 #[derive(Debug, Args, Clone)]
@@ -67,7 +69,7 @@ pub(crate) struct Run {
     #[arg(long, short, value_name = "CORPUS")]
     pub(crate) out: Option<PathBuf>,
     /// Threads that mill [default: the machine's processors]
-    #[arg(long, short, value_name = "N")]
+    #[arg(long, short, value_name = "N", value_parser = workers)]
     pub(crate) workers: Option<usize>,
     /// A file with host:port of every process, a line each; all see the same folders
     #[arg(long, value_name = "FILE", requires = "process")]
@@ -247,6 +249,38 @@ pub(crate) struct Verify {
     /// Prints JSON
     #[arg(long)]
     pub(crate) json: bool,
+}
+
+#[derive(Debug, Args)]
+#[command(after_help = "Examples:
+  motionmill compact corpus
+  motionmill compact corpus -w 1 --json
+
+A corpus that was fed several times has small shards and gaps in its numbers. Made anew, by the plan of its last
+run, it has the same tables as one run over all inputs gives. The inputs are not read, and need not be there.
+The old corpus stays as it is until the new one, in a folder beside it, is whole.
+
+Exit codes: 0 done; 1 anything that prevents or ends it; 130 interrupted (the same command continues).")]
+pub(crate) struct Compact {
+    /// The corpus
+    pub(crate) corpus: PathBuf,
+    /// Threads that mill [default: the machine's processors]
+    #[arg(long, short, value_name = "N", value_parser = workers)]
+    pub(crate) workers: Option<usize>,
+    /// Prints the result as JSON
+    #[arg(long)]
+    pub(crate) json: bool,
+}
+
+/// Each worker is a thread with its own share of memory, and channels to all others: more than these help nobody.
+const MOST_WORKERS: usize = 512;
+
+/// A number of threads.
+fn workers(text: &str) -> Result<usize, String> {
+    match text.parse::<usize>() {
+        Ok(workers) if (1..=MOST_WORKERS).contains(&workers) => Ok(workers),
+        _ => Err(format!("a whole number from 1 to {MOST_WORKERS} is needed")),
+    }
 }
 
 /// A number from 0 to 1.

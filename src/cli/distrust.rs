@@ -206,6 +206,8 @@ mod tests {
             clip_id,
             blake3: blake3.to_owned(),
             skeleton_blake3: None,
+            key: String::new(),
+            bytes: 0,
             state,
             shard: ShardId::captured(0),
         };

@@ -8,6 +8,7 @@
 mod args;
 mod check;
 mod clip_page;
+mod compact;
 mod distrust;
 mod export;
 mod faults;
@@ -53,6 +54,7 @@ pub fn main() -> ExitCode {
         Verb::Synth(args) => synth::synth(&args),
         Verb::Check(args) => give(check::check(&args)),
         Verb::Verify(args) => give(verify::verify(&args)),
+        Verb::Compact(args) => compact::compact(&args),
     };
     ExitCode::from(match ending {
         Ending::Done => 0,

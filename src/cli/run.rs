@@ -41,7 +41,7 @@ pub(super) fn run(args: Run) -> Ending {
             return Ending::BadPlan;
         }
     };
-    let workers = args.workers.unwrap_or_else(|| std::thread::available_parallelism().map_or(1, |n| n.get())).max(1);
+    let workers = workers(args.workers);
     let makes_people = args.plan.input.is_empty() && plan.config.ingest.without_input == WithoutInput::Procedural;
     let out = args.out.clone().unwrap_or_else(|| PathBuf::from(if makes_people { "demo/corpus" } else { "corpus" }));
     let mut inputs = args.plan.input.clone();
@@ -67,19 +67,21 @@ pub(super) fn run(args: Run) -> Ending {
         return give(Err(errors.into()));
     }
     let procedural = makes_people;
-    let request =
-        RunRequest { plan, inputs, procedural, out, workers, hosts, strict: args.plan.strict, prune: args.prune };
+    let request = RunRequest {
+        plan,
+        inputs,
+        procedural,
+        out,
+        workers,
+        hosts,
+        strict: args.plan.strict,
+        prune: args.prune,
+        from: None,
+    };
     let stages: Vec<&str> = request.plan.stages.iter().map(|planned| planned.stage.name()).collect();
     let with = counted(workers as u64, "worker");
     tell(&format!("plan     {}: {}    {with}", request.plan.pipeline, stages.join(" ")));
-    let flag = Arc::new(HaltFlag::default());
-    let heard = Arc::clone(&flag);
-    // Without a handler Ctrl-C would end the process at once; the corpus stays resumable either way.
-    let _ = ctrlc::set_handler(move || {
-        if !heard.interrupt() {
-            std::process::exit(130);
-        }
-    });
+    let flag = interruptible();
     let gauges = Arc::new(Gauges::default());
     let progress = Progress::show(Arc::clone(&gauges));
     let result = crate::flow::run(&request, &gauges, &flag, tell);
@@ -97,6 +99,24 @@ pub(super) fn run(args: Run) -> Ending {
             Ending::Failed
         }
     }
+}
+
+/// As many threads as were asked for, else as the machine has processors.
+pub(super) fn workers(asked: Option<usize>) -> usize {
+    asked.unwrap_or_else(|| std::thread::available_parallelism().map_or(1, |n| n.get()))
+}
+
+/// A flag that Ctrl-C sets; the second time it ends the process at once.
+pub(super) fn interruptible() -> Arc<HaltFlag> {
+    let flag = Arc::new(HaltFlag::default());
+    let heard = Arc::clone(&flag);
+    // Without a handler Ctrl-C would end the process at once; the corpus stays resumable either way.
+    let _ = ctrlc::set_handler(move || {
+        if !heard.interrupt() {
+            std::process::exit(130);
+        }
+    });
+    flag
 }
 
 /// The folder of the captures that the program makes for itself, beside the corpus.

@@ -31,6 +31,8 @@ pub struct Manifest {
     pub tables: BTreeMap<String, TableDigest>,
     /// Recipes that could be made, by rule: whole numbers as text, for they may exceed what JSON readers keep exact.
     pub products: BTreeMap<String, String>,
+    /// The plan of the run that made it, as that wrote it: what `compact` makes it anew by. Opaque to this room.
+    pub plan: serde_json::Value,
     /// Digest of the reference that the first enrichment froze.
     pub reference: Option<String>,
 }
@@ -53,6 +55,10 @@ pub struct ClipEntry {
     pub blake3: String,
     /// Digest of the ASF that goes with an AMC.
     pub skeleton_blake3: Option<String>,
+    /// Digest of both and of what the config said of the clip when it was last found.
+    pub key: String,
+    /// Length of the file: what shards are cut by.
+    pub bytes: u64,
     /// Whether it is in the tables.
     pub state: ClipState,
     /// The shard that holds it, or would.
@@ -93,6 +99,7 @@ impl Default for Manifest {
             stages: BTreeMap::new(),
             tables: BTreeMap::new(),
             products: BTreeMap::new(),
+            plan: serde_json::Value::Null,
             reference: None,
         }
     }

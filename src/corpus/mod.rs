@@ -25,6 +25,7 @@ mod query;
 mod read;
 mod reader;
 mod record;
+mod replace;
 mod rows;
 mod sealed;
 mod shard;
@@ -48,6 +49,7 @@ pub use paths::{
 pub use query::{LookUpError, look_up};
 pub use read::{Catalog, ShardReader};
 pub use record::{FileRecord, InputFile, ShardRecord, StageKeys, read_record, read_records};
+pub use replace::Replacement;
 pub use shard::{ClipTables, FinishedShard, ShardSettings, ShardWriter, remove_shard};
 pub use store::{Store, Temporary};
 pub use tables::{ClipFormat, ClipRow, FaultRow, Origin, PARTS, SkeletonRow};

@@ -34,11 +34,11 @@ pub(super) fn parse(work: &mut Work, settings: &RunSettings, catalog: Option<&Ca
     let job = work.job().clone();
     match &job.origin {
         ClipOrigin::Recipe(_) => Ok(()),
-        ClipOrigin::Stored => take_stored(work, catalog),
+        ClipOrigin::Stored => take_stored(work, job.clip_id, catalog),
         ClipOrigin::Kept(kept) => {
             work.notices.clone_from(&kept.notices);
             if kept.row.is_some() {
-                return take_stored(work, catalog);
+                return take_stored(work, kept.stored_as, catalog);
             }
             let fault = work.notices.iter().position(|notice| notice.severity == Severity::Fault);
             let missing = CorpusError::NotThere { what: format!("clip {}", job.clip_id) };
@@ -57,8 +57,7 @@ pub(super) fn parse(work: &mut Work, settings: &RunSettings, catalog: Option<&Ca
 }
 
 /// Takes the channels, the roles and the skeleton's header that the corpus has.
-fn take_stored(work: &mut Work, catalog: Option<&Catalog>) -> Result<(), Out> {
-    let clip_id = work.job().clip_id;
+fn take_stored(work: &mut Work, clip_id: u32, catalog: Option<&Catalog>) -> Result<(), Out> {
     let stored = || {
         let catalog = catalog.ok_or_else(|| CorpusError::NotThere { what: "the catalog".to_owned() })?;
         let shard = catalog.shard_of(clip_id)?;

@@ -56,8 +56,7 @@ impl Wanted<'_> {
                 jobs.finished += clips.len();
                 continue;
             };
-            let clip_jobs: Vec<ClipJob> =
-                clips.iter().filter_map(|&clip| self.clip_job(todo, clip, record)).collect();
+            let clip_jobs: Vec<ClipJob> = clips.iter().filter_map(|&clip| self.clip_job(todo, clip, record)).collect();
             let to_parse = clip_jobs.iter().filter(|clip| matches!(clip.origin, ClipOrigin::File(_))).count();
             if todo == Todo::Everything && to_parse == 0 && self.stored.is_none() {
                 continue; // none of its files is there
@@ -85,8 +84,7 @@ impl Wanted<'_> {
 
     /// The keys that the shard's stages should have.
     fn keys_of(&self, clips: &[Listed<'_>], record: Option<&ShardRecord>) -> StageKeys {
-        let clip_keys: Vec<String> =
-            clips.iter().map(|(.., clip)| format!("{}:{}", clip.clip_id, clip.key)).collect();
+        let clip_keys: Vec<String> = clips.iter().map(|(.., clip)| format!("{}:{}", clip.clip_id, clip.key)).collect();
         // Without its files a shard can't be read otherwise: it counts as read as it should be.
         let ingest = match record {
             Some(record) if !self.all_found(clips) && record.is_whole() => record.keys.ingest.clone(),

@@ -14,12 +14,14 @@
 
 mod agree;
 mod clip_stages;
+pub mod compact;
 mod enrich;
 pub mod gauges;
 mod graph;
 mod graph_collections;
 pub mod guard;
 pub mod halt;
+mod jobs;
 mod lane;
 mod make_stages;
 pub mod mesh;
@@ -34,6 +36,7 @@ mod tickets;
 mod tree;
 mod work;
 
+pub use compact::compact;
 pub use run::{RunError, RunReport, RunRequest, run};
 
 /// Clips without text of one shard, for tests of operators: at the first time of worker 0, and nothing after.

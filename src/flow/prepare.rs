@@ -3,19 +3,18 @@
 //! Numbers are given out here, from the sorted list of new inputs, before anything is parsed, and put into the manifest
 //! before any work: a run that is killed finds the same shards again.
 
+use super::jobs::{Jobs, Wanted};
 use super::run::RunError;
-use super::work::{ClipJob, ClipOrigin, FileJob, KeptJob, ShardJob, Todo};
+use super::work::ShardJob;
 use crate::corpus::{
-    ClipEntry, ClipState, FaultRow, Manifest, ShardId, ShardKind, ShardRecord, StageKeys, Store, read_records,
-    remove_shard,
+    ClipEntry, ClipState, FaultRow, Manifest, ShardId, ShardKind, ShardRecord, Store, read_records, remove_shard,
 };
 use crate::inputs::{Found, Input, InputHash, Keyed, cut_shards, find_inputs, hash_inputs};
-use crate::plan::{ClipFacts, Plan, PlanKeys, Stage, shard_key};
+use crate::plan::config::ShardSettings;
+use crate::plan::{ClipFacts, Plan, Stage};
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::PathBuf;
 
-/// A corpus is cut into about so many shards at least, unless they would hold less than [`LEAST_TEXT_BYTES`].
-const SHARDS_AT_LEAST: u64 = 16;
 /// Below this a shard costs more in files than it gains in balance.
 const LEAST_TEXT_BYTES: u64 = 1 << 20;
 
@@ -36,6 +35,17 @@ pub(crate) struct Prepared {
     pub(crate) found: usize,
     /// Bytes found.
     pub(crate) bytes: u64,
+}
+
+/// A clip that the manifest doesn't know yet.
+pub(super) struct NewClip {
+    pub(super) source: String,
+    pub(super) name: String,
+    pub(super) bytes: u64,
+    pub(super) blake3: String,
+    pub(super) skeleton_blake3: Option<String>,
+    /// [`InputHash::key`].
+    pub(super) key: String,
 }
 
 /// Compares inputs, manifest and shards; updates the manifest and puts it.
@@ -83,22 +93,22 @@ pub(crate) fn prepare(
     if manifest.next_clip_id == 0 && readable.is_empty() {
         return Err(RunError::NothingToRead { faults: prepared.faults.len() });
     }
-    enter(&readable, &found, plan.config.shards.text_bytes, prune, manifest, &mut prepared);
+    enter(&readable, &found, &plan.config.shards, prune, manifest, &mut prepared);
     manifest.put(store)?;
     let mut records = read_records(store)?;
     records.iter_mut().for_each(|record| record.forget_lost(store));
     remove_empty_shards(store, manifest, &records)?;
-    let keys = plan.keys();
-    prepared.shards =
-        jobs(&readable, plan, &keys, procedural, manifest, &records, &mut prepared.to_read, &mut prepared.finished);
-    Ok(prepared)
+    let found = readable.iter().map(|(input, _)| ((input.source.as_str(), input.name.as_str()), input)).collect();
+    let wanted = Wanted { plan, keys: plan.keys(), procedural, manifest, records: &records, found, stored: None };
+    let Jobs { shards, to_read, finished } = wanted.jobs();
+    Ok(Prepared { shards, to_read, finished, ..prepared })
 }
 
 /// Gives new clips their numbers and shards, moves the shards of changed clips to new numbers, and notes what has gone.
 fn enter(
     readable: &[(Input, InputHash)],
     found: &Found,
-    text_bytes: u64,
+    shards: &ShardSettings,
     prune: bool,
     manifest: &mut Manifest,
     prepared: &mut Prepared,
@@ -129,6 +139,7 @@ fn enter(
         {
             clip.blake3 = hash.file.clone();
             clip.skeleton_blake3 = hash.asf.clone();
+            clip.bytes = input.bytes;
             clip.state = ClipState::Present;
             moved.insert(clip.shard);
         }
@@ -153,6 +164,12 @@ fn enter(
             clip.state = ClipState::Present;
         }
     }
+    for (input, hash) in readable {
+        let known = manifest.sources.get_mut(&input.source).and_then(|source| source.clips.get_mut(&input.name));
+        if let Some(clip) = known {
+            clip.key = hash.key(&input.settings);
+        }
+    }
     // A shard that lost or changed a clip is rewritten under a new number.
     for old in moved {
         let new = ShardId::captured(manifest.next_shard);
@@ -163,178 +180,50 @@ fn enter(
             clip.shard = new;
         }
     }
-    let new: Vec<&(Input, InputHash)> = difference.new.iter().map(|&index| &readable[index]).collect();
-    let new_inputs: Vec<Input> = new.iter().map(|(input, _)| input.clone()).collect();
+    let new = difference.new.iter().map(|&index| NewClip::of(&readable[index].0, &readable[index].1));
+    give_numbers(&new.collect::<Vec<_>>(), shards, manifest);
+}
+
+impl NewClip {
+    fn of(input: &Input, hash: &InputHash) -> NewClip {
+        NewClip {
+            source: input.source.clone(),
+            name: input.name.clone(),
+            bytes: input.bytes,
+            blake3: hash.file.clone(),
+            skeleton_blake3: hash.asf.clone(),
+            key: hash.key(&input.settings),
+        }
+    }
+}
+
+/// Gives clips, sorted by (source, name), the next numbers, and cuts them into shards.
+pub(super) fn give_numbers(clips: &[NewClip], shards: &ShardSettings, manifest: &mut Manifest) {
+    debug_assert!(clips.is_sorted_by_key(|clip| (&clip.source, &clip.name)), "numbers follow the sorted list");
     // A small corpus is cut finer, so that every worker gets some of it. Depends on the inputs only.
-    let all_bytes: u64 = new_inputs.iter().map(|input| input.bytes).sum();
-    let text_bytes = text_bytes.min((all_bytes / SHARDS_AT_LEAST).max(LEAST_TEXT_BYTES));
-    for shard in cut_shards(&new_inputs, text_bytes) {
+    let all_bytes: u64 = clips.iter().map(|clip| clip.bytes).sum();
+    let text_bytes = shards.text_bytes.min((all_bytes / shards.min_count).max(LEAST_TEXT_BYTES));
+    for shard in cut_shards(clips.iter().map(|clip| clip.bytes), text_bytes) {
         let id = ShardId::captured(manifest.next_shard);
         manifest.next_shard += 1;
-        for (input, hash) in &new[shard.clips] {
-            let clip = ClipEntry {
+        for clip in &clips[shard.clips] {
+            let entry = ClipEntry {
                 clip_id: manifest.next_clip_id,
-                blake3: hash.file.clone(),
-                skeleton_blake3: hash.asf.clone(),
+                blake3: clip.blake3.clone(),
+                skeleton_blake3: clip.skeleton_blake3.clone(),
+                key: clip.key.clone(),
+                bytes: clip.bytes,
                 state: ClipState::Present,
                 shard: id,
             };
             manifest.next_clip_id += 1;
-            manifest.sources.entry(input.source.clone()).or_default().clips.insert(input.name.clone(), clip);
+            manifest.sources.entry(clip.source.clone()).or_default().clips.insert(clip.name.clone(), entry);
         }
     }
 }
 
-/// The shards that have something to be done.
-#[expect(clippy::too_many_arguments, reason = "the two last are counters of one report")]
-fn jobs(
-    readable: &[(Input, InputHash)],
-    plan: &Plan,
-    keys: &PlanKeys,
-    procedural: bool,
-    manifest: &Manifest,
-    records: &[ShardRecord],
-    to_read: &mut usize,
-    finished: &mut usize,
-) -> Vec<ShardJob> {
-    let found: BTreeMap<(&str, &str), &(Input, InputHash)> =
-        readable.iter().map(|pair| ((pair.0.source.as_str(), pair.0.name.as_str()), pair)).collect();
-    let records_of: BTreeMap<ShardId, &ShardRecord> = records.iter().map(|record| (record.shard, record)).collect();
-    let mut shards = BTreeMap::<ShardId, Vec<(&str, &str, &ClipEntry)>>::new();
-    for (source, entry) in &manifest.sources {
-        for (name, clip) in &entry.clips {
-            shards.entry(clip.shard).or_default().push((source, name, clip));
-        }
-    }
-    let replaced = replaced_shards(&shards, records);
-    let mut jobs: Vec<(u64, ShardJob)> = Vec::new();
-    for (shard, mut clips) in shards {
-        clips.sort_by_key(|(.., clip)| clip.clip_id);
-        let clip_keys: Vec<String> = clips
-            .iter()
-            .map(|(source, name, clip)| {
-                let said = found.get(&(*source, *name)).map(|(input, hash)| hash.key(&input.settings));
-                format!(
-                    "{}:{}",
-                    clip.clip_id,
-                    said.unwrap_or_else(|| digest_of(&clip.blake3, clip.skeleton_blake3.as_deref()))
-                )
-            })
-            .collect();
-        let record = records_of.get(&shard).copied();
-        let all_there = clips.iter().all(|(source, name, _)| found.contains_key(&(*source, *name)));
-        // What a clip whose file is not there was read with can't be told: its shard counts as read as it should be.
-        let ingest = match record {
-            Some(record) if !all_there && record.is_whole() => record.keys.ingest.clone(),
-            _ => shard_key(&keys.ingest, &clip_keys),
-        };
-        let rests_on = [ingest.clone()];
-        let wanted = StageKeys {
-            ingest,
-            features: if plan.has(Stage::Features) { shard_key(&keys.features, &rests_on) } else { String::new() },
-            labels: if plan.has(Stage::Contacts) { shard_key(&keys.labels, &rests_on) } else { String::new() },
-        };
-        let has = |of: fn(&StageKeys) -> &String| {
-            let want = of(&wanted);
-            want.is_empty() || record.is_some_and(|record| of(&record.keys) == want)
-        };
-        // Without stored channels, or with no clip in the tables, there is nothing to make other tables from.
-        let stored = plan.config.tables.channels && record.is_some_and(|record| !record.clips.is_empty());
-        let todo = if !has(|keys| &keys.ingest) {
-            Todo::Everything
-        } else if has(|keys| &keys.features) && has(|keys| &keys.labels) {
-            *finished += clips.len();
-            continue;
-        } else if stored {
-            Todo::Again { features: !has(|keys| &keys.features), labels: !has(|keys| &keys.labels) }
-        } else if all_there {
-            Todo::Everything
-        } else {
-            *finished += clips.len();
-            continue;
-        };
-        let kept = record.map(|record| record.keys.clone()).unwrap_or_default();
-        let or_kept = |want: &str, kept: &str| if want.is_empty() { kept.to_owned() } else { want.to_owned() };
-        let origin = |source: &str, name: &str, clip: &ClipEntry| match (todo, found.get(&(source, name))) {
-            (Todo::Everything, Some((input, _))) => Some(ClipOrigin::File(Box::new(FileJob {
-                path: input.path.clone(),
-                asf: input.asf.clone(),
-                blake3: clip.blake3.clone(),
-                skeleton_blake3: clip.skeleton_blake3.clone(),
-                settings: input.settings.clone(),
-                procedural,
-            }))),
-            // Its file is not there, or not among this run's inputs: what the corpus has of it stays.
-            (Todo::Everything, None) => kept_job(clip.clip_id, records).map(|kept| ClipOrigin::Kept(Box::new(kept))),
-            _ => record.is_some_and(|record| record.clip(clip.clip_id).is_some()).then_some(ClipOrigin::Stored),
-        };
-        let job = ShardJob {
-            shard,
-            replaces: replaced.get(&shard).cloned().unwrap_or_default(),
-            todo,
-            keys: match todo {
-                Todo::Everything | Todo::Samples { .. } => wanted.clone(),
-                Todo::Again { .. } => StageKeys {
-                    ingest: kept.ingest.clone(),
-                    features: or_kept(&wanted.features, &kept.features),
-                    labels: or_kept(&wanted.labels, &kept.labels),
-                },
-            },
-            clips: clips
-                .iter()
-                .filter_map(|&(source, name, clip)| {
-                    let origin = origin(source, name, clip)?;
-                    Some(ClipJob { clip_id: clip.clip_id, source: source.to_owned(), name: name.to_owned(), origin })
-                })
-                .collect(),
-        };
-        let to_parse = job.clips.iter().filter(|clip| matches!(clip.origin, ClipOrigin::File(_))).count();
-        if todo == Todo::Everything && to_parse == 0 {
-            continue; // none of its files is there
-        }
-        *to_read += to_parse;
-        let bytes = clips
-            .iter()
-            .filter_map(|(source, name, _)| found.get(&(*source, *name)))
-            .map(|(input, _)| input.bytes)
-            .sum();
-        jobs.push((bytes, job));
-    }
-    jobs.sort_by(|a, b| b.0.cmp(&a.0).then(a.1.shard.cmp(&b.1.shard)));
-    jobs.into_iter().map(|(_, job)| job).collect()
-}
-
-/// What the corpus holds of a clip, to be taken over into another shard.
-fn kept_job(clip_id: u32, records: &[ShardRecord]) -> Option<KeptJob> {
-    let whole = records.iter().filter(|record| record.is_whole());
-    whole.into_iter().find_map(|record| {
-        let input = record.inputs.iter().find(|input| input.clip_id == clip_id)?;
-        let of_it = |row: &&FaultRow| row.source == input.source && row.name == input.name;
-        Some(KeptJob {
-            row: record.clip(clip_id).cloned(),
-            notices: record.faults.iter().filter(of_it).map(|row| row.notice.clone()).collect(),
-            input: input.clone(),
-        })
-    })
-}
-
-/// Shards that the manifest doesn't list any more, by the shard that has their clips now.
-fn replaced_shards(
-    listed: &BTreeMap<ShardId, Vec<(&str, &str, &ClipEntry)>>,
-    records: &[ShardRecord],
-) -> BTreeMap<ShardId, Vec<ShardId>> {
-    let shard_of: BTreeMap<u32, ShardId> =
-        listed.iter().flat_map(|(&shard, clips)| clips.iter().map(move |(.., clip)| (clip.clip_id, shard))).collect();
-    let mut replaced = BTreeMap::<ShardId, Vec<ShardId>>::new();
-    for record in unlisted(listed, records) {
-        if let Some(&new) = record.inputs.iter().find_map(|input| shard_of.get(&input.clip_id)) {
-            replaced.entry(new).or_default().push(record.shard);
-        }
-    }
-    replaced
-}
-
-fn unlisted<'a, T>(
+/// Records of captured shards that the manifest doesn't list any more.
+pub(super) fn unlisted<'a, T>(
     listed: &'a BTreeMap<ShardId, T>,
     records: &'a [ShardRecord],
 ) -> impl Iterator<Item = &'a ShardRecord> {
@@ -370,6 +259,6 @@ pub(crate) fn note_quarantined(manifest: &mut Manifest, records: &[ShardRecord])
     }
 }
 
-fn digest_of(file: &str, asf: Option<&str>) -> String {
+pub(super) fn digest_of(file: &str, asf: Option<&str>) -> String {
     format!("{file}/{}", asf.unwrap_or(""))
 }

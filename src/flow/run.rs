@@ -2,6 +2,7 @@
 //! meet, and go on or leave together.
 
 use super::agree::agree;
+use super::compact::prepare_stored;
 use super::enrich::{MADE_KEY, RECIPES_KEY, plan_enrichment, write_made_table};
 use super::gauges::{Gauges, Station};
 use super::graph::{make_graph, write_graph};
@@ -60,6 +61,8 @@ pub struct RunRequest {
     pub strict: bool,
     /// Clips whose files have gone are removed.
     pub prune: bool,
+    /// A corpus whose stored clips are taken in place of inputs.
+    pub from: Option<PathBuf>,
 }
 
 /// What a run did, for the table at its end.
@@ -102,6 +105,11 @@ pub enum RunError {
         out.display()
     )]
     OtherCorpus { out: PathBuf, address: String },
+    #[error(
+        "{}: it does not say how it was made\n  why: a corpus is made anew by the plan of its last run, and this program can't read the one that it has\n  try: the run's command once more, then compact",
+        corpus.display()
+    )]
+    NoPlan { corpus: PathBuf },
     #[error("{0}")]
     Fatal(String),
     #[error("interrupted")]
@@ -239,7 +247,7 @@ fn work(worker: &mut Worker, context: &Context) -> Result<RunReport, RunError> {
         settings: Arc::clone(&context.settings),
         flag: Arc::clone(&context.flag),
         gauges: Arc::clone(&context.gauges),
-        catalog: context.catalog(),
+        catalog: context.stored_clips(),
     };
     go_on(worker, context)?;
     let start = Instant::now();
@@ -303,6 +311,12 @@ impl Context {
         self.attempt(Catalog::open(&self.store).map_err(RunError::from))
     }
 
+    /// Where the clips dataflow finds stored clips: in this corpus, or in the one that they are taken from.
+    fn stored_clips(&self) -> Option<Catalog> {
+        let store = self.request.from.as_ref().map_or_else(|| self.store.clone(), Store::new);
+        self.attempt(Catalog::open(&store).map_err(RunError::from))
+    }
+
     /// Starts the gauges of a dataflow, once a process.
     fn begin(&self, worker: &Worker, phase: &str, shards: &[ShardJob]) {
         if worker.index() % self.request.workers == 0 {
@@ -341,12 +355,30 @@ fn stopped(context: &Context, halt: Halt) -> RunError {
 
 /// Compares the inputs with the corpus; what has to be milled.
 fn look_at_inputs(lead: &mut Head, context: &Context) -> Result<Vec<ShardJob>, RunError> {
-    let RunRequest { plan, inputs, procedural, prune, .. } = &*context.request;
+    let RunRequest { plan, inputs, procedural, prune, from, .. } = &*context.request;
     forget_lost(&mut lead.manifest, &context.store);
-    lead.prepared = prepare(plan, inputs, *procedural, *prune, &context.store, &mut lead.manifest)?;
+    note_plan(&mut lead.manifest, plan);
+    lead.prepared = match from {
+        None => prepare(plan, inputs, *procedural, *prune, &context.store, &mut lead.manifest)?,
+        Some(from) => prepare_stored(plan, &Store::new(from), &context.store, &mut lead.manifest)?,
+    };
     let shards = std::mem::take(&mut lead.prepared.shards);
     lead.worked |= !shards.is_empty();
     Ok(shards)
+}
+
+/// Notes by which plan the corpus is made. A shorter pipeline with the same settings takes nothing back.
+fn note_plan(manifest: &mut Manifest, plan: &Plan) {
+    let covers =
+        |known: Plan| known.config == plan.config && plan.stages.iter().all(|planned| known.stages.contains(planned));
+    if !noted_plan(manifest).is_some_and(covers) {
+        manifest.plan = json!(plan);
+    }
+}
+
+/// The plan that a corpus was made by, if a program of this version can tell.
+pub(super) fn noted_plan(manifest: &Manifest) -> Option<Plan> {
+    serde_json::from_value(manifest.plan.clone()).ok()
 }
 
 /// Forgets files that are not there any more, with the keys of their stages: they are made anew.

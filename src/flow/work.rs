@@ -75,6 +75,8 @@ pub(crate) struct FileJob {
 /// What the corpus has of a clip that can't be read again.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub(crate) struct KeptJob {
+    /// Its number where its frames are stored.
+    pub(crate) stored_as: u32,
     pub(crate) input: InputFile,
     /// None: it is quarantined.
     pub(crate) row: Option<ClipRow>,

@@ -1,6 +1,5 @@
 //! Cutting the sorted list of inputs into shards, before any work and without regard to who will do it (DESIGN 3, 4).
 
-use super::find::Input;
 use std::ops::Range;
 
 /// A unit of work, commit and resume: a run of the sorted list.
@@ -15,16 +14,15 @@ pub struct Shard {
 /// Cuts the list so that a shard has at most `text_bytes` of text, or one clip.
 ///
 /// The list is sorted by (source, name), as [`find_inputs`](super::find_inputs) gives it, or a part of that in its order.
-pub fn cut_shards(inputs: &[Input], text_bytes: u64) -> Vec<Shard> {
-    debug_assert!(inputs.is_sorted_by_key(|input| (&input.source, &input.name)), "cut from the sorted list");
+pub fn cut_shards(sizes: impl IntoIterator<Item = u64>, text_bytes: u64) -> Vec<Shard> {
     let mut shards: Vec<Shard> = Vec::new();
-    for (index, input) in inputs.iter().enumerate() {
+    for (index, bytes) in sizes.into_iter().enumerate() {
         match shards.last_mut() {
-            Some(shard) if shard.bytes.saturating_add(input.bytes) <= text_bytes => {
+            Some(shard) if shard.bytes.saturating_add(bytes) <= text_bytes => {
                 shard.clips.end = index + 1;
-                shard.bytes += input.bytes;
+                shard.bytes += bytes;
             }
-            _ => shards.push(Shard { clips: index..index + 1, bytes: input.bytes }),
+            _ => shards.push(Shard { clips: index..index + 1, bytes }),
         }
     }
     shards

@@ -73,6 +73,8 @@ pub struct IngestSettings {
 pub struct ShardSettings {
     /// Text in a shard, bytes.
     pub text_bytes: u64,
+    /// Smaller corpora are cut into so many shards, unless they would hold less than 1 MiB; count.
+    pub min_count: u64,
 }
 
 /// Which of the large tables are written.
@@ -121,7 +123,7 @@ pub struct ProceduralSettings {
 impl Default for ShardSettings {
     /// 32 MiB: a corpus of CMU's size makes some 45. Each file costs its columns' compressors, so smaller ones are slower.
     fn default() -> Self {
-        ShardSettings { text_bytes: 32 << 20 }
+        ShardSettings { text_bytes: 32 << 20, min_count: 16 }
     }
 }
 

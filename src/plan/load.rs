@@ -11,11 +11,12 @@ use super::ranges::check;
 use super::reader::read;
 use super::shipped;
 use super::stages::Stage;
+use serde::{Deserialize, Serialize};
 use serde_json::json;
 use std::path::Path;
 
 /// What will be done, and how: nothing in it is wrong as far as can be told before any work.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Plan {
     /// Name of the pipeline: a shipped one's, or the file's without extension.
     pub pipeline: String,

@@ -8,10 +8,10 @@ use super::nearest::{list, nearest};
 use super::ranges::{WHERE_RANGES, outside};
 use super::reader::read;
 use super::stages::{Need, Stage};
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
 /// A stage of a plan. Its options are in the plan's config, in the stage's section.
-#[derive(Clone, Debug, PartialEq, Serialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct PlannedStage {
     /// Which.
     pub stage: Stage,

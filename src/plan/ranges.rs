@@ -50,6 +50,7 @@ pub(crate) const RANGES: &[Range] = &[
     from("limits.max_name_bytes", 1.0, 1e6, "a limit of 0 refuses every clip"),
     from("limits.max_poses", 1.0, 1e12, "a limit of 0 refuses every clip"),
     from("shards.text_bytes", 1.0, 1e12, "a shard holds some text, and a worker holds two shards"),
+    from("shards.min_count", 1.0, 1e6, "a corpus has a shard at least"),
     from("procedural.clips", 1.0, 1e6, "a corpus has clips"),
     from("procedural.seed", 0.0, u64::MAX as f64, "a seed is a whole number"),
     above("contacts.thesis.max_height_m", 0.0, 1.0, "at 0 no foot is ever planted, beyond 1 m all are"),
