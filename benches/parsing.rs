@@ -1,7 +1,7 @@
-//! How fast files become motion, beside a bare digit loop over the same bytes.
+//! How fast files become motion, beside a bare digit loop over the same bytes and, for BVH, beside the crate bvh_anim.
 //!
 //! The bare loop does nothing but turn digits into `f32`s: no counts, no names, no check that a number ends where
-//! it should. Both run in turn over files held in memory, after their values have been compared, so what is
+//! it should. All run in turn over files held in memory, after their values have been compared, so what is
 //! isolated is the cost of checking. One core.
 //!
 //!     cargo bench --bench parsing                    a sample of target/data
@@ -33,8 +33,8 @@ fn main() {
             .collect()
     };
     println!(
-        "{:<6} {:>6} {:>8} {:>12} {:>12} {:>7} {:>12}",
-        "", "files", "MB", "parse MB/s", "bare MB/s", "ratio", "write MB/s"
+        "{:<6} {:>6} {:>8} {:>12} {:>10} {:>11} {:>7} {:>14} {:>7} {:>12}",
+        "", "files", "MB", "parse MB/s", "frames/s", "bare MB/s", "ratio", "bvh_anim MB/s", "ratio", "write MB/s"
     );
     for (name, files) in [("BVH", of("bvh")), ("AMC", of("amc"))] {
         if !files.is_empty() {
@@ -85,6 +85,13 @@ fn parse(file: &File) -> Vec<f32> {
     }
 }
 
+fn n_frames(file: &File) -> usize {
+    match &file.skeleton {
+        None => read_bvh(&file.bytes, &ReadOptions::default()).unwrap().value.n_frames,
+        Some(skeleton) => read_amc(&file.bytes, skeleton, &ReadOptions::default()).unwrap().value.n_frames,
+    }
+}
+
 fn write(file: &File) -> usize {
     match &file.skeleton {
         None => {
@@ -102,8 +109,16 @@ fn write(file: &File) -> usize {
     }
 }
 
+/// The values as the crate bvh_anim reads them.
+fn peer(file: &File) -> Vec<f32> {
+    let motion = bvh_anim::from_bytes(&file.bytes).unwrap();
+    motion.frames().flat_map(|frame| frame.as_slice().iter().copied()).collect()
+}
+
 fn compare(name: &str, files: &[File]) {
     let megabytes = files.iter().map(|file| file.bytes.len()).sum::<usize>() as f64 / 1e6;
+    let mut frames = 0;
+    let has_peer = files.iter().all(|file| file.skeleton.is_none());
     for file in files {
         let (ours, theirs) = (parse(file), bare(file));
         assert!(!ours.is_empty());
@@ -111,6 +126,13 @@ fn compare(name: &str, files: &[File]) {
         // AMC lines come in another order than joints; a frame's numbers are the same.
         let digest = |values: &[f32]| values.iter().fold(0_u64, |sum, value| sum + u64::from(value.to_bits()));
         assert_eq!(digest(&ours), digest(&theirs));
+        frames += n_frames(file);
+        if has_peer {
+            // It rounds to f32 in its own way.
+            let theirs = peer(file);
+            assert_eq!(ours.len(), theirs.len());
+            assert!(ours.iter().zip(&theirs).all(|(a, b)| (a - b).abs() <= 1e-6 * a.abs().max(1e-3)));
+        }
     }
     let seconds = |work: &dyn Fn(&File) -> Vec<f32>| {
         let started = Instant::now();
@@ -119,16 +141,24 @@ fn compare(name: &str, files: &[File]) {
         }
         started.elapsed().as_secs_f64()
     };
-    let rounds: Vec<(f64, f64)> = (0..ROUNDS).map(|_| (seconds(&parse), seconds(&bare))).collect();
+    let rounds: Vec<[f64; 3]> = (0..ROUNDS)
+        .map(|_| [seconds(&parse), seconds(&bare), if has_peer { seconds(&peer) } else { f64::NAN }])
+        .collect();
     let median = |mut values: Vec<f64>| {
         values.sort_by(f64::total_cmp);
         values[values.len() / 2]
     };
-    let parsed = megabytes / median(rounds.iter().map(|(parse, _)| *parse).collect());
-    let bare = megabytes / median(rounds.iter().map(|(_, bare)| *bare).collect());
-    let ratio = median(rounds.iter().map(|(parse, bare)| bare / parse).collect());
+    let [parse_s, bare_s, peer_s] = [0, 1, 2].map(|n| median(rounds.iter().map(|round| round[n]).collect()));
+    let [of_bare, of_peer] = [1, 2].map(|n| median(rounds.iter().map(|round| round[n] / round[0]).collect()));
     let written = megabytes / (files.iter().map(write).sum::<usize>() as f64 / 1e9);
-    println!("{name:<6} {:>6} {megabytes:>8.1} {parsed:>12.0} {bare:>12.0} {ratio:>7.2} {written:>12.0}", files.len());
+    let (parsed, bare) = (megabytes / parse_s, megabytes / bare_s);
+    let or_none = |text: String| if has_peer { text } else { "-".to_owned() };
+    let (peer, of_peer) = (or_none(format!("{:.0}", megabytes / peer_s)), or_none(format!("{of_peer:.2}")));
+    println!(
+        "{name:<6} {:>6} {megabytes:>8.1} {parsed:>12.0} {:>10.0} {bare:>11.0} {of_bare:>7.2} {peer:>14} {of_peer:>7} {written:>12.0}",
+        files.len(),
+        frames as f64 / parse_s
+    );
 }
 
 /// Every number of the motion, trusting the file.
