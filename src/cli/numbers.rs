@@ -20,10 +20,10 @@ pub(crate) fn grouped_text(digits: &str) -> String {
     digits.parse().map_or_else(|_| digits.to_owned(), grouped)
 }
 
-/// `1.4 GB`, `0.7 GB`, `38 MB`, `12 kB`.
+/// `1.4 GB`, `320.1 MB`, `38.0 MB`, `12.0 kB`.
 pub(crate) fn bytes(count: u64) -> String {
     let count = count as f64;
-    if count >= 0.1e9 {
+    if count >= 1e9 {
         format!("{:.1} GB", count / 1e9)
     } else if count >= 0.1e6 {
         format!("{:.1} MB", count / 1e6)

@@ -42,6 +42,7 @@ impl Drop for Progress {
     fn drop(&mut self) {
         self.done.store(true, Ordering::Relaxed);
         if let Some(thread) = self.thread.take() {
+            thread.thread().unpark();
             // A panic of the drawing thread costs the drawing, not the run.
             let _ = thread.join();
         }
@@ -76,7 +77,7 @@ fn draw_bars(gauges: &Gauges, stop: &AtomicBool) {
             }
             return;
         }
-        std::thread::sleep(DRAW_EVERY);
+        std::thread::park_timeout(DRAW_EVERY);
     }
 }
 
@@ -84,7 +85,7 @@ fn print_lines(gauges: &Gauges, stop: &AtomicBool) {
     let start = Instant::now();
     let (mut last, mut phase, mut since) = (Instant::now(), String::new(), Instant::now());
     while !stop.load(Ordering::Relaxed) {
-        std::thread::sleep(DRAW_EVERY);
+        std::thread::park_timeout(DRAW_EVERY);
         let now = gauges.phase();
         if now != phase {
             (phase, since) = (now, Instant::now());

@@ -11,7 +11,7 @@ use crate::corpus::open_to_read;
 use crate::flow::gauges::{Gauges, Station};
 use crate::flow::halt::HaltFlag;
 use crate::flow::mesh::Hosts;
-use crate::flow::{RunError, RunReport, RunRequest};
+use crate::flow::{Dataflow, RunError, RunReport, RunRequest};
 use crate::inputs::find_inputs;
 use crate::motion::Format;
 use crate::plan::{Plan, WithoutInput};
@@ -143,6 +143,7 @@ fn finish(request: &RunRequest, report: &RunReport, gauges: &Gauges, took: Durat
         .gone
         .iter()
         .for_each(|clip| tell(&format!("note: {clip}: its file has gone; its rows stay (--prune removes them)")));
+    let peak = report.dataflows.iter().filter_map(|flow| flow.peak_bytes).max();
     let mut lines = Vec::new();
     if as_json {
         let stations: serde_json::Map<String, serde_json::Value> =
@@ -150,12 +151,14 @@ fn finish(request: &RunRequest, report: &RunReport, gauges: &Gauges, took: Durat
         let dataflows: Vec<_> = report
             .dataflows
             .iter()
-            .map(|(name, frames, time)| json!({"name": name, "frames": frames, "seconds": time.as_secs_f64()}))
+            .map(|Dataflow { name, frames, time, peak_bytes }| {
+                json!({"name": name, "frames": frames, "seconds": time.as_secs_f64(), "peak_bytes": peak_bytes})
+            })
             .collect();
         let result = json!({
             "corpus": name, "up_to_date": report.up_to_date, "found": report.found, "parsed": report.parsed,
             "finished": report.finished, "quarantined": report.quarantined, "gone": report.gone,
-            "seconds": took.as_secs_f64(), "peak_bytes": peak_bytes(), "stations_s": stations,
+            "seconds": took.as_secs_f64(), "peak_bytes": peak, "stations_s": stations,
             "dataflows": dataflows, "holds": overview,
         });
         lines.push(result.to_string());
@@ -169,14 +172,11 @@ fn finish(request: &RunRequest, report: &RunReport, gauges: &Gauges, took: Durat
             grouped(report.parsed as u64),
             grouped(report.finished as u64)
         ));
-        for (dataflow, frames, time) in report.dataflows.iter().filter(|(_, frames, _)| *frames > 0) {
+        for Dataflow { name, frames, time, peak_bytes } in report.dataflows.iter().filter(|flow| flow.frames > 0) {
             let rate = *frames as f64 / time.as_secs_f64().max(1e-3);
-            lines.push(format!(
-                "{dataflow:<8} {} frames in {}, {} frames/s",
-                grouped(*frames),
-                duration(*time),
-                grouped(rate as u64)
-            ));
+            let peak = peak_bytes.map_or(String::new(), |peak| format!(", peak {}", bytes(peak)));
+            let (frames, rate) = (grouped(*frames), grouped(rate as u64));
+            lines.push(format!("{name:<8} {frames} frames in {}, {rate} frames/s{peak}", duration(*time)));
         }
         lines.push(shares(gauges));
         lines.push(overview.text(&name));
@@ -185,7 +185,7 @@ fn finish(request: &RunRequest, report: &RunReport, gauges: &Gauges, took: Durat
         } else {
             String::new()
         };
-        let peak = peak_bytes().map_or(String::new(), |peak| format!(", peak {}", bytes(peak)));
+        let peak = peak.map_or(String::new(), |peak| format!(", peak {}", bytes(peak)));
         lines.push(format!("corpus   {name} {}{text}, {}{peak}", bytes(overview.bytes()), duration(took)));
         lines.push(format!(
             "\nOpen it:  duckdb -c \"SELECT gait_class, sum(duration_s) FROM '{name}/clips.parquet' GROUP BY 1\""
@@ -205,13 +205,6 @@ fn shares(gauges: &Gauges) -> String {
     parts.retain(|(share, _)| *share >= 0.005);
     let words: Vec<String> = parts.iter().map(|(share, name)| format!("{name} {:.0} %", share * 100.0)).collect();
     format!("time     {}", words.join(", "))
-}
-
-/// Largest resident memory of this process so far, where the system tells.
-fn peak_bytes() -> Option<u64> {
-    let status = std::fs::read_to_string("/proc/self/status").ok()?;
-    let line = status.lines().find(|line| line.starts_with("VmHWM:"))?;
-    Some(line.split_whitespace().nth(1)?.parse::<u64>().ok()? * 1024)
 }
 
 fn read_hosts(file: &Path, process: usize, deadline_s: u64) -> Result<Hosts, String> {

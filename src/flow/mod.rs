@@ -24,6 +24,7 @@ pub mod halt;
 mod jobs;
 mod lane;
 mod make_stages;
+mod memory;
 pub mod mesh;
 mod mill;
 mod per_clip;
@@ -37,7 +38,7 @@ mod tree;
 mod work;
 
 pub use compact::compact;
-pub use run::{RunError, RunReport, RunRequest, run};
+pub use run::{Dataflow, RunError, RunReport, RunRequest, run};
 
 /// Clips without text of one shard, for tests of operators: at the first time of worker 0, and nothing after.
 #[cfg(test)]

@@ -7,6 +7,7 @@ use super::enrich::{MADE_KEY, RECIPES_KEY, plan_enrichment, write_made_table};
 use super::gauges::{Gauges, Station};
 use super::graph::{make_graph, write_graph};
 use super::halt::{Halt, HaltFlag};
+use super::memory::{forget_peak, peak_bytes};
 use super::mesh::{Hello, Hosts, MeshError, TOKEN_BYTES, connect};
 use super::mill::{MillContext, mill};
 use super::prepare::{Prepared, note_quarantined, prepare};
@@ -82,8 +83,21 @@ pub struct RunReport {
     pub gone: Vec<String>,
     /// Clips that are quarantined now.
     pub quarantined: usize,
-    /// Each dataflow: name, frames that went through it, wall time.
-    pub dataflows: Vec<(&'static str, u64, Duration)>,
+    /// Each dataflow, in order.
+    pub dataflows: Vec<Dataflow>,
+}
+
+/// What a dataflow took.
+#[derive(Clone, Copy, Debug)]
+pub struct Dataflow {
+    /// `clips`, `cluster` or `enrich`.
+    pub name: &'static str,
+    /// Frames that went through it.
+    pub frames: u64,
+    /// Wall time.
+    pub time: Duration,
+    /// Largest resident memory of this process meanwhile, where the system tells.
+    pub peak_bytes: Option<u64>,
 }
 
 /// Why a run did not do its work.
@@ -253,7 +267,9 @@ fn work(worker: &mut Worker, context: &Context) -> Result<RunReport, RunError> {
     let start = Instant::now();
     context.begin(worker, "clips", &shards);
     let landed = mill(worker, shards, &mill_context);
-    report.dataflows.push(("clips", landed.frames, start.elapsed()));
+    if lead.is_some() {
+        report.note("clips", landed.frames, start);
+    }
     go_on(worker, context)?;
     if let Some(lead) = &mut lead {
         context.attempt(fold(lead, context));
@@ -270,7 +286,9 @@ fn work(worker: &mut Worker, context: &Context) -> Result<RunReport, RunError> {
             graph(worker, &mut lead, &key, &mill_context, context)?;
         }
         let frames = mill_context.catalog.iter().flat_map(Catalog::clips).map(|row| u64::from(row.frames)).sum();
-        report.dataflows.push(("cluster", frames, start.elapsed()));
+        if lead.is_some() {
+            report.note("cluster", frames, start);
+        }
     }
 
     // Enrich.
@@ -285,7 +303,9 @@ fn work(worker: &mut Worker, context: &Context) -> Result<RunReport, RunError> {
         go_on(worker, context)?;
         context.begin(worker, "enrich", &shards);
         let landed = mill(worker, shards, &mill_context);
-        report.dataflows.push(("enrich", landed.frames, start.elapsed()));
+        if lead.is_some() {
+            report.note("enrich", landed.frames, start);
+        }
         go_on(worker, context)?;
         if let Some(lead) = &mut lead {
             let wrote = write_made_table(&recipes, &mut lead.manifest, &mill_context);
@@ -322,6 +342,14 @@ impl Context {
         if worker.index() % self.request.workers == 0 {
             self.gauges.begin(phase, shards.iter().map(|shard| shard.clips.len() as u64).sum());
         }
+    }
+}
+
+impl RunReport {
+    /// Notes what a dataflow took since it was started. One worker a process may: it sets the system's mark back.
+    fn note(&mut self, name: &'static str, frames: u64, start: Instant) {
+        self.dataflows.push(Dataflow { name, frames, time: start.elapsed(), peak_bytes: peak_bytes() });
+        forget_peak();
     }
 }
 
