@@ -170,20 +170,17 @@ fn what_one_worker_can_not_do_ends_the_run_everywhere() {
             process.end().fails_with(words);
         }
     };
-    // Reading a tree for the graph.
-    let graph = folder.path().join("graph");
-    copy(&reference.folder.path().join("corpus"), &graph);
-    let merges = files_below(&graph.join("merges")).remove(0);
-    fs::write(&merges, "not a table").unwrap();
-    all_end(&graph, &["--set", "graph.thresholds_m2=[0.2]"], "damaged");
-    fs::remove_file(&merges).unwrap();
-    run("enrich", &[a, b], &graph, &["-w", "2"]).with(0);
-    reference.equals(&graph, "after the damaged tree was deleted");
-    // Choosing recipes.
-    let recipes = folder.path().join("recipes");
-    copy(&reference.folder.path().join("corpus"), &recipes);
-    fs::write(recipes.join("recipes.parquet"), "not a table").unwrap();
-    all_end(&recipes, &[], "recipes.parquet: damaged");
+    // Reading samples for the trees, and channels for the choice of recipes.
+    for (table, changed) in [("features", "cluster.t_max_m2=0.4"), ("channels", "recipes.select=47")] {
+        let out = folder.path().join(table);
+        copy(&reference.folder.path().join("corpus"), &out);
+        let file = captured_file(&out, table);
+        flip(&file);
+        all_end(&out, &["--set", changed], "damaged");
+        fs::remove_file(&file).unwrap();
+        run("enrich", &[a, b], &out, &["-w", "2"]).with(0);
+        reference.equals(&out, &format!("after the damaged file of {table} was deleted"));
+    }
     // Writing a shard, folding: a file where a folder should be, and a folder where a file should be.
     for (name, is_folder) in [("poses", false), ("merges", false), ("clips.parquet", true), ("made.parquet", true)] {
         let blocked = folder.path().join(format!("blocked-{name}"));

@@ -153,7 +153,11 @@ fn a_changed_clip_is_read_again_and_a_gone_one_stays_until_it_is_pruned() {
     let ended = run("annotate", &[&input], &out, &whole).with(0);
     assert_eq!(ended.parsed(), 4, "the changed clip and its neighbors that are there");
     assert_eq!(ended.json()["gone"].as_array().unwrap().len(), 1);
-    assert!(ended.err.contains("its file has gone; its rows stay (--prune removes them)"), "{}", ended.err);
+    assert!(
+        ended.err.contains("its file has gone, or the config skips it; its rows stay (--prune removes them)"),
+        "{}",
+        ended.err
+    );
     let now = rows(&out);
     assert_eq!(old.keys().collect::<Vec<_>>(), now.keys().collect::<Vec<_>>());
     let differ: Vec<u32> = old.iter().filter(|(name, row)| now[*name] != **row).map(|(_, row)| row.frames).collect();
@@ -223,9 +227,10 @@ fn a_compacted_corpus_has_the_bytes_of_one_run_over_all_inputs() {
     run("annotate", &[&input], &out, &["-w", "2"]);
     fs::rename(&aside, &clips[0]).unwrap();
     fs::write(&clips[2], &whole).unwrap();
-    fs::copy(&clips[0], input.join("twin.amc")).unwrap();
+    let twin = clips[0].with_file_name("twin.amc");
+    fs::copy(&clips[0], &twin).unwrap();
     run("enrich", &[&input], &out, &["-w", "2"]).with(0);
-    fs::remove_file(input.join("twin.amc")).unwrap();
+    fs::remove_file(&twin).unwrap();
     run("enrich", &[&input, b], &out, &["-w", "2", "--prune"]).with(0);
     assert_ne!(digests(&out).keys().collect::<Vec<_>>(), reference.files.keys().collect::<Vec<_>>());
     fs::write(out.join("notes.txt"), "mine").unwrap();
@@ -252,4 +257,78 @@ fn a_compacted_corpus_has_the_bytes_of_one_run_over_all_inputs() {
     fs::rename(&gone, &input).unwrap();
     let again = run("enrich", &[&input, b], &out, &["-w", "2"]).with(0);
     assert_eq!(again.json()["up_to_date"], Value::Bool(true));
+}
+
+#[test]
+fn a_flipped_bit_is_never_taken_for_a_number_and_a_cut_file_is_made_anew() {
+    let reference = Reference::get();
+    let [a, b] = &reference.inputs();
+    let folder = tempfile::tempdir().unwrap();
+    for table in ["channels", "features", "annotations"] {
+        let out = folder.path().join(table);
+        copy(&reference.folder.path().join("corpus"), &out);
+        let file = captured_file(&out, table);
+        let sound = fs::read(&file).unwrap();
+        flip(&file);
+        // What reads it: labels and grafts read channels, trees read features and plant states.
+        let changed = match table {
+            "channels" => "contacts.thesis.max_speed_mps=0.8",
+            _ => "cluster.t_max_m2=0.4",
+        };
+        let ended = run("enrich", &[a, b], &out, &["-w", "2", "--set", changed]).fails_with("damaged");
+        assert!(ended.err.contains(file.file_name().unwrap().to_str().unwrap()), "{}", ended.err);
+        fs::write(&file, &sound[..sound.len() / 2]).unwrap();
+        run("enrich", &[a, b], &out, &["-w", "2"]).with(0);
+        reference.equals(&out, &format!("after a file of {table} was cut"));
+    }
+}
+
+#[test]
+fn strict_counts_on_a_corpus_that_is_there() {
+    let folder = tempfile::tempdir().unwrap();
+    let (input, out) = (folder.path().join("a"), folder.path().join("corpus"));
+    synth(&input, 3, 5, "bvh");
+    let clip = files_below(&input).into_iter().find(|path| path.extension().is_some_and(|e| e == "bvh")).unwrap();
+    let text = fs::read_to_string(&clip).unwrap();
+    let declared = text.lines().find(|line| line.starts_with("Frames:")).unwrap();
+    fs::write(&clip, text.replacen(declared, "Frames: 7", 1)).unwrap();
+    run("annotate", &[&input], &out, &[]).with(0);
+    assert_eq!(rows(&out).len(), 3);
+    run("annotate", &[&input], &out, &["--strict"]).with(3);
+    assert_eq!(rows(&out).len(), 2);
+    run("annotate", &[&input], &out, &[]).with(0);
+    assert_eq!(rows(&out).len(), 3);
+}
+
+#[test]
+fn what_never_came_to_a_shard_counts_as_quarantined_and_an_absurd_place_costs_its_clip_alone() {
+    let reference = Reference::get();
+    let folder = tempfile::tempdir().unwrap();
+    let (input, out) = (folder.path().join("b"), folder.path().join("corpus"));
+    copy(&reference.inputs()[1], &input);
+    fs::write(input.join("alone.amc"), ":FULLY-SPECIFIED\n:DEGREES\n1\nroot 0 0 0 0 0 0\n").unwrap();
+    let clip = files_below(&input).into_iter().find(|path| path.extension().is_some_and(|e| e == "bvh")).unwrap();
+    let text = fs::read_to_string(&clip).unwrap();
+    let (head, rows_of_it) = text.rsplit_once("Frame Time").unwrap();
+    let mut lines: Vec<String> = rows_of_it.lines().map(str::to_owned).collect();
+    lines[3] = lines[3].replacen(lines[3].split_whitespace().next().unwrap(), "1e12", 1);
+    fs::write(&clip, format!("{head}Frame Time{}\n", lines.join("\n"))).unwrap();
+    let ended = run("enrich", &[&input], &out, &["-w", "2"]).with(3);
+    assert_eq!(ended.json()["quarantined"], Value::from(2), "{}", ended.err);
+    assert_eq!(rows(&out).values().filter(|row| !row.origin.is_made()).count(), 4);
+    let (store, _) = open_to_read(&out).unwrap();
+    let faults = motionmill::corpus::read_faults(&store).unwrap();
+    let absurd = faults.iter().find(|row| row.notice.kind == "position-absurd").unwrap();
+    assert_eq!(absurd.notice.frame, Some(2), "{:?}", absurd.notice);
+}
+
+#[test]
+fn another_folder_of_the_same_name_is_noticed() {
+    let reference = Reference::get();
+    let folder = tempfile::tempdir().unwrap();
+    let (input, out) = (folder.path().join("b"), folder.path().join("corpus"));
+    run("annotate", &[&reference.inputs()[1]], &out, &[]).with(0);
+    synth(&input, 2, 77, "bvh");
+    let ended = run("annotate", &[&input], &out, &[]).with(0);
+    assert!(ended.err.contains("warning: source `b`: none of its clips is as it was"), "{}", ended.err);
 }

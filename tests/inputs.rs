@@ -109,24 +109,32 @@ fn the_config_names_skeletons_too() {
 }
 
 #[test]
-fn sources_are_named_by_folder_or_config_and_stay_unique() {
+fn sources_are_named_by_folder_or_config_and_equal_names_are_refused() {
     let root = folder(&["one/cmu/a.bvh", "two/cmu/b.bvh", "lafan/c.bvh", "other/d.bvh"]);
     let folders: Vec<PathBuf> =
         ["two/cmu", "other", "one/cmu", "lafan"].iter().map(|name| root.path().join(name)).collect();
     let rules = InputRules {
-        sources: vec![SourceRule { folder: "oth*".into(), label: Some("cmu".into()), ..Default::default() }],
+        sources: vec![
+            SourceRule { folder: "oth*".into(), label: Some("third".into()), ..Default::default() },
+            SourceRule { folder: "t*o/cmu".into(), label: Some("second".into()), ..Default::default() },
+        ],
         ..Default::default()
     };
-    let labels = |folders: &[PathBuf]| {
-        let found = find_inputs(folders, &rules, NO_LIMIT).unwrap();
+    let labels = |folders: &[PathBuf], rules: &InputRules| {
+        let found = find_inputs(folders, rules, NO_LIMIT).unwrap();
         found.inputs.iter().map(|input| format!("{}/{}", input.source, input.name)).collect::<Vec<_>>()
     };
-    let all = labels(&folders);
-    assert_eq!(all, ["cmu/a", "cmu#2/d", "cmu#3/b", "lafan/c"]);
+    let all = labels(&folders, &rules);
+    assert_eq!(all, ["cmu/a", "lafan/c", "second/b", "third/d"]);
     let backwards: Vec<PathBuf> = folders.iter().rev().cloned().collect();
-    assert_eq!(labels(&backwards), all);
+    assert_eq!(labels(&backwards, &rules), all);
     let twice: Vec<PathBuf> = folders.iter().chain(&folders).cloned().collect();
-    assert_eq!(labels(&twice), all, "a folder named twice is one");
+    assert_eq!(labels(&twice, &rules), all, "a folder named twice is one");
+    // Without the longer path both are `cmu`: which is which must not depend on where they lie.
+    let unnamed = InputRules { sources: rules.sources[..1].to_vec(), ..Default::default() };
+    let errors = find_inputs(&folders, &unnamed, NO_LIMIT).unwrap_err();
+    let said = errors.iter().map(ToString::to_string).collect::<Vec<_>>().join("");
+    assert!(said.ends_with("two/cmu are both called `cmu`") && said.contains("one/cmu"), "{said}");
 }
 
 #[test]

@@ -183,6 +183,20 @@ pub(crate) fn files_below(folder: &Path) -> Vec<PathBuf> {
     files
 }
 
+/// The first file of a table with captured clips.
+pub(crate) fn captured_file(corpus: &Path, table: &str) -> PathBuf {
+    let is_captured = |path: &PathBuf| path.file_name().unwrap().to_str().unwrap().starts_with("shard-");
+    files_below(&corpus.join(table)).into_iter().find(is_captured).unwrap()
+}
+
+/// Changes a bit in the middle of a file.
+pub(crate) fn flip(file: &Path) {
+    let mut bytes = fs::read(file).unwrap();
+    let middle = bytes.len() / 2;
+    bytes[middle] ^= 4;
+    fs::write(file, bytes).unwrap();
+}
+
 /// Digest of every file of a corpus but its lock.
 pub(crate) fn digests(corpus: &Path) -> BTreeMap<String, String> {
     let name = |path: &Path| path.strip_prefix(corpus).unwrap().to_str().unwrap().to_owned();

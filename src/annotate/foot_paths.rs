@@ -39,14 +39,15 @@ pub fn joints_of(foot: Foot) -> [usize; 2] {
 }
 
 impl FootPaths {
-    /// The feet's paths in scaled metres. None: the legs aren't known from hip to ankle.
+    /// The feet's paths in scaled metres. None: the legs aren't known from hip to ankle, or have no length.
     pub fn new(poses: &Poses, roles: &RoleMap, rate_hz: f64) -> Option<FootPaths> {
         let mut feet = FootPaths::unscaled(poses, roles, rate_hz)?;
-        if feet.leg_length_m > SHORTEST_LEG_M {
-            feet.scale = feet.leg_length_m / REFERENCE_LEG_M;
-            for position in feet.paths.iter_mut().flatten().flatten() {
-                *position /= feet.scale;
-            }
+        if feet.leg_length_m <= SHORTEST_LEG_M {
+            return None;
+        }
+        feet.scale = feet.leg_length_m / REFERENCE_LEG_M;
+        for position in feet.paths.iter_mut().flatten().flatten() {
+            *position /= feet.scale;
         }
         Some(feet)
     }
@@ -144,11 +145,10 @@ mod tests {
     }
 
     #[test]
-    fn a_body_without_extent_is_not_divided_by_zero() {
+    fn a_body_without_extent_has_no_feet() {
         let (mut poses, roles) = legs(1.0, 2, true);
         poses.world.fill(DVec3::ONE);
-        let feet = FootPaths::new(&poses, &roles, 30.0).unwrap();
-        assert_eq!((feet.scale, feet.ball(Foot::Left)[1]), (1.0, DVec3::ONE));
+        assert_eq!(FootPaths::new(&poses, &roles, 30.0), None);
     }
 
     #[test]

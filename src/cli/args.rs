@@ -1,5 +1,6 @@
 //! The command line's words: what each verb takes, and the help that teaches it.
 
+use crate::plan::{Plan, PlanError};
 use clap::{Args, Parser, Subcommand, ValueEnum};
 use std::path::PathBuf;
 
@@ -53,6 +54,15 @@ pub(crate) struct PlanArgs {
     /// Warnings become faults: a clip that deviates is left out
     #[arg(long)]
     pub(crate) strict: bool,
+}
+
+impl PlanArgs {
+    /// The plan that they say.
+    pub(crate) fn load(&self) -> Result<Plan, Vec<PlanError>> {
+        let strict = self.strict.then(|| "ingest.strict=true".to_owned());
+        let sets: Vec<String> = self.sets.iter().cloned().chain(strict).collect();
+        Plan::load(&self.pipeline, self.config.as_deref(), &sets)
+    }
 }
 
 #[derive(Debug, Args)]
@@ -134,7 +144,7 @@ pub(crate) struct Search {
     #[arg(long, value_name = "0..1", value_parser = share)]
     pub(crate) min_confidence: Option<f64>,
     /// The shortest duration
-    #[arg(long, value_name = "S")]
+    #[arg(long, value_name = "S", value_parser = seconds)]
     pub(crate) min_seconds: Option<f64>,
     /// A regular expression that fits somewhere in source/name
     #[arg(long, value_name = "REGEX")]
@@ -280,6 +290,14 @@ fn workers(text: &str) -> Result<usize, String> {
     match text.parse::<usize>() {
         Ok(workers) if (1..=MOST_WORKERS).contains(&workers) => Ok(workers),
         _ => Err(format!("a whole number from 1 to {MOST_WORKERS} is needed")),
+    }
+}
+
+/// A length of time.
+fn seconds(text: &str) -> Result<f64, String> {
+    match text.parse::<f64>() {
+        Ok(seconds) if seconds >= 0.0 => Ok(seconds),
+        _ => Err("a number of seconds, 0 or more, is needed".to_owned()),
     }
 }
 

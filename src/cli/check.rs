@@ -38,7 +38,7 @@ struct Amount {
 
 /// Runs the verb.
 pub(super) fn check(args: &Check) -> Result<Answer, Refusal> {
-    let plan = match Plan::load(&args.plan.pipeline, args.plan.config.as_deref(), &args.plan.sets) {
+    let plan = match args.plan.load() {
         Ok(plan) => plan,
         Err(errors) if args.json => {
             let errors: Vec<_> = errors.iter().map(mistake).collect();
@@ -57,7 +57,7 @@ pub(super) fn check(args: &Check) -> Result<Answer, Refusal> {
         let why = "there is no .bvh and no .amc below them that the pipeline lets through";
         return Err(Refusal::new(what, why, "--input DIR with a folder of motion captures").in_arguments());
     }
-    let faults = all_faults(&found, &plan, args.plan.strict);
+    let faults = all_faults(&found, &plan);
     let unusable: BTreeSet<(&str, &str)> = faults
         .iter()
         .filter(|row| row.notice.severity == Severity::Fault)
@@ -150,8 +150,9 @@ fn amounts(found: &Found) -> Vec<Amount> {
 }
 
 /// What finding and looking into the files has to say, by source and name.
-fn all_faults(found: &Found, plan: &Plan, strict: bool) -> Vec<FaultRow> {
-    let options = ReadOptions { limits: plan.config.limits.clone(), strict, ..ReadOptions::default() };
+fn all_faults(found: &Found, plan: &Plan) -> Vec<FaultRow> {
+    let (limits, strict) = (plan.config.limits.clone(), plan.config.ingest.strict);
+    let options = ReadOptions { limits, strict, ..ReadOptions::default() };
     let mut skeletons: Vec<&Path> = found.inputs.iter().filter_map(|input| input.asf.as_deref()).collect();
     skeletons.sort();
     skeletons.dedup();

@@ -4,7 +4,7 @@ use super::numbers::{counted, grouped};
 use super::overview::DOUBTFUL;
 use crate::corpus::{ClipRow, ClipState, Manifest};
 use serde::Serialize;
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 
 /// Hip to knee to ankle of people, small children to giants: outside of it the file's unit was misjudged.
 const LEG_LENGTH_M: std::ops::RangeInclusive<f32> = 0.4..=1.25;
@@ -50,8 +50,8 @@ pub(super) fn is_doubtful(clip: &ClipRow) -> bool {
 
 impl Distrust {
     /// Looks through the clips that were read; made ones were judged.
-    pub(super) fn of(clips: &[ClipRow], manifest: &Manifest) -> Distrust {
-        let mut found = Distrust::default();
+    pub(super) fn of(clips: &[ClipRow], manifest: &Manifest, left_out: BTreeSet<String>) -> Distrust {
+        let mut found = Distrust { quarantined: left_out.into_iter().collect(), ..Distrust::default() };
         for clip in clips.iter().filter(|clip| !clip.origin.is_made()) {
             let labels = &clip.labels;
             for check in &labels.checks {
@@ -69,10 +69,8 @@ impl Distrust {
         for (source, entry) in &manifest.sources {
             for (name, clip) in &entry.clips {
                 let full = format!("{source}/{name}");
-                match clip.state {
-                    ClipState::Quarantined => found.quarantined.push(full.clone()),
-                    ClipState::Gone => found.gone.push(full.clone()),
-                    ClipState::Present => {}
+                if clip.state == ClipState::Gone {
+                    found.gone.push(full.clone());
                 }
                 files.entry((&clip.blake3, clip.skeleton_blake3.as_deref())).or_default().push(full);
             }
@@ -216,7 +214,7 @@ mod tests {
         cmu.insert("b".to_owned(), entry(1, "2", ClipState::Gone));
         cmu.insert("c".to_owned(), entry(2, "1", ClipState::Present));
         cmu.insert("d".to_owned(), entry(3, "3", ClipState::Quarantined));
-        let found = Distrust::of(&clips, &manifest);
+        let found = Distrust::of(&clips, &manifest, ["cmu/d".to_owned()].into());
         assert_eq!(found.doubtful.iter().map(|doubt| doubt.clip.as_str()).collect::<Vec<_>>(), ["cmu/b", "cmu/a"]);
         assert_eq!(found.odd_scales.iter().map(|odd| odd.clip.as_str()).collect::<Vec<_>>(), ["cmu/b", "cmu/c"]);
         assert_eq!(found.duplicates, [["cmu/a", "cmu/c"]]);
@@ -226,6 +224,10 @@ mod tests {
         let wanted =
             ["walk-with-flight", "no-step", "doubtful gait", "odd scale", "same file", "quarantined", "file gone"];
         assert_eq!(words, wanted, "{text}");
-        assert!(Distrust::of(&clips[2..2], &Manifest::default()).text("corpus").starts_with("nothing to distrust"));
+        assert!(
+            Distrust::of(&clips[2..2], &Manifest::default(), Default::default())
+                .text("corpus")
+                .starts_with("nothing to distrust")
+        );
     }
 }

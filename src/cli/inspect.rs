@@ -8,7 +8,7 @@ use super::overview::{Overview, there};
 use super::search::{clip_json, listing};
 use super::{faults, made, raw, strip};
 use crate::corpus::{
-    Catalog, ClipRow, FaultRow, LookUpError, Manifest, Store, look_up, open_to_read, read_clips, read_faults,
+    Catalog, ClipRow, FaultRow, LookUpError, Manifest, Store, left_out, look_up, open_to_read, read_clips, read_faults,
     read_made, read_recipes,
 };
 use serde_json::json;
@@ -42,7 +42,8 @@ pub(super) fn inspect(args: &Inspect) -> Result<Answer, Refusal> {
 
 fn whole(store: &Store, manifest: &Manifest, clips: &[ClipRow], name: &str, json: bool) -> Result<Answer, Refusal> {
     let overview = Overview::of(store, manifest)?;
-    let distrust = Distrust::of(clips, manifest);
+    let faults = there(read_faults(store))?.unwrap_or_default();
+    let distrust = Distrust::of(clips, manifest, left_out(manifest, &faults));
     Ok(match json {
         true => Answer::json(&json!({"corpus": name, "holds": overview, "distrust": distrust})),
         false => Answer::text(format!("{}\n\n{}", overview.text(name), distrust.text(name))),

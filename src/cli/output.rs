@@ -7,6 +7,7 @@ use crate::corpus::{CorpusError, LookUpError};
 use crate::inputs::InputError;
 use crate::plan::PlanError;
 use serde::Serialize;
+use std::borrow::Cow;
 use std::io::{ErrorKind, Write};
 
 /// What a verb found.
@@ -105,8 +106,21 @@ impl From<Vec<InputError>> for Refusal {
         let texts: Vec<String> = errors
             .iter()
             .map(|error| {
-                let remedy = "--input with a folder that holds .bvh, or .amc and .asf, files, or with such a file";
-                three_lines("error", &error.to_string(), "captures are read from there", remedy)
+                let (why, remedy) = match error {
+                    InputError::SameLabel { label, paths } => (
+                        "a source's label is part of the name of every clip, and tells a run which clips it had before",
+                        format!(
+                            "another name for one: [[source]] folder = \"{}\" label = \"{label}-2\" in your config",
+                            paths[1]
+                        ),
+                    ),
+                    _ => (
+                        "captures are read from there",
+                        "--input with a folder that holds .bvh, or .amc and .asf, files, or with such a file"
+                            .to_owned(),
+                    ),
+                };
+                three_lines("error", &error.to_string(), why, &remedy)
             })
             .collect();
         Refusal { text: texts.join("\n\n"), ending: Ending::BadPlan }
@@ -120,6 +134,7 @@ pub(super) fn three_lines(word: &str, what: &str, why: &str, remedy: &str) -> St
 
 /// Writes to standard output. A reader who has gone has had enough; anything else that fails ends the program.
 pub(super) fn say(text: &str) {
+    let text = &printable(text);
     let mut out = std::io::stdout().lock();
     match out.write_all(text.as_bytes()).and_then(|()| out.flush()) {
         Err(error) if error.kind() != ErrorKind::BrokenPipe => {
@@ -131,7 +146,16 @@ pub(super) fn say(text: &str) {
     }
 }
 
+/// The text with control characters spelt out, but for the ends of lines: names come from files and may hold any.
+fn printable(text: &str) -> Cow<'_, str> {
+    let controls = |c: char| c.is_control() && c != '\n' && c != '\t';
+    match text.contains(controls) {
+        false => Cow::Borrowed(text),
+        true => text.chars().map(|c| if controls(c) { c.escape_unicode().to_string() } else { c.into() }).collect(),
+    }
+}
+
 /// Writes a line to standard error; that nobody hears it is no reason to stop.
 pub(super) fn tell(line: &str) {
-    let _ = writeln!(std::io::stderr().lock(), "{line}");
+    let _ = writeln!(std::io::stderr().lock(), "{}", printable(line));
 }

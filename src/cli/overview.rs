@@ -3,7 +3,9 @@
 use super::distrust::is_doubtful;
 use super::numbers::{counted, grouped, grouped_text};
 use crate::annotate::Gait;
-use crate::corpus::{ClipRow, CorpusError, Manifest, Origin, Store, read_clips, read_edges, read_made, read_nodes};
+use crate::corpus::{
+    ClipRow, CorpusError, Manifest, Origin, Store, left_out, read_clips, read_edges, read_faults, read_made, read_nodes,
+};
 use serde::Serialize;
 use std::collections::BTreeMap;
 
@@ -27,6 +29,8 @@ pub(crate) struct Overview {
     without_feet: Amount,
     quarantined: u64,
     grafted: Amount,
+    /// Whether recipes were counted and chosen.
+    enriched: bool,
     recipes: u64,
     rejected: BTreeMap<String, u64>,
     product: String,
@@ -69,12 +73,9 @@ impl Overview {
                 overview.doubtful += 1;
             }
         }
-        overview.quarantined = manifest
-            .sources
-            .values()
-            .flat_map(|source| source.clips.values())
-            .filter(|clip| clip.state == crate::corpus::ClipState::Quarantined)
-            .count() as u64;
+        let faults = there(read_faults(store))?.unwrap_or_default();
+        overview.quarantined = left_out(manifest, &faults).len() as u64;
+        overview.enriched = !manifest.products.is_empty();
         let sizes = manifest.products.values().filter_map(|size| size.parse::<u128>().ok());
         overview.product = sizes.sum::<u128>().to_string();
         for made in there(read_made(store))?.unwrap_or_default() {
@@ -106,6 +107,11 @@ impl Overview {
         Ok(overview)
     }
 
+    /// What was to be a clip and is none.
+    pub(crate) fn quarantined(&self) -> u64 {
+        self.quarantined
+    }
+
     /// Bytes of all its files.
     pub(crate) fn bytes(&self) -> u64 {
         self.bytes
@@ -135,7 +141,7 @@ impl Overview {
             };
             row(name, &self.without_feet, remark);
         }
-        if self.recipes > 0 {
+        if self.recipes > 0 || self.enriched {
             row("grafted", &self.grafted, &self.recipes_in_words());
         }
         if self.quarantined > 0 {

@@ -20,10 +20,13 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
+/// Clips of one kind that are named.
+const SHOWN: usize = 20;
+
 /// Runs the verb.
 pub(super) fn run(args: Run) -> Ending {
     let start = Instant::now();
-    let plan = match Plan::load(&args.plan.pipeline, args.plan.config.as_deref(), &args.plan.sets) {
+    let plan = match args.plan.load() {
         Ok(plan) => plan,
         Err(errors) => {
             return give(Err(errors.into()));
@@ -67,17 +70,7 @@ pub(super) fn run(args: Run) -> Ending {
         return give(Err(errors.into()));
     }
     let procedural = makes_people;
-    let request = RunRequest {
-        plan,
-        inputs,
-        procedural,
-        out,
-        workers,
-        hosts,
-        strict: args.plan.strict,
-        prune: args.prune,
-        from: None,
-    };
+    let request = RunRequest { plan, inputs, procedural, out, workers, hosts, prune: args.prune, from: None };
     let stages: Vec<&str> = request.plan.stages.iter().map(|planned| planned.stage.name()).collect();
     let with = counted(workers as u64, "worker");
     tell(&format!("plan     {}: {}    {with}", request.plan.pipeline, stages.join(" ")));
@@ -139,10 +132,18 @@ fn finish(request: &RunRequest, report: &RunReport, gauges: &Gauges, took: Durat
         Ok(overview) => overview,
         Err(error) => return give(Err(error.into())),
     };
-    report
-        .gone
-        .iter()
-        .for_each(|clip| tell(&format!("note: {clip}: its file has gone; its rows stay (--prune removes them)")));
+    let stay = if request.prune { "its rows went" } else { "its rows stay (--prune removes them)" };
+    for clip in report.gone.iter().take(SHOWN) {
+        tell(&format!("note: {clip}: its file has gone, or the config skips it; {stay}"));
+    }
+    if report.gone.len() > SHOWN {
+        tell(&format!("note: ... and {}", counted((report.gone.len() - SHOWN) as u64, "clip")));
+    }
+    for source in &report.replaced {
+        tell(&format!(
+            "warning: source `{source}`: none of its clips is as it was\n  why: a source is known by its label, and another folder of that name takes the place of the first\n  try: if both are meant, a label for one: [[source]] folder = \"...\" label = \"...\""
+        ));
+    }
     let peak = report.dataflows.iter().filter_map(|flow| flow.peak_bytes).max();
     let mut lines = Vec::new();
     if as_json {
@@ -157,7 +158,7 @@ fn finish(request: &RunRequest, report: &RunReport, gauges: &Gauges, took: Durat
             .collect();
         let result = json!({
             "corpus": name, "up_to_date": report.up_to_date, "found": report.found, "parsed": report.parsed,
-            "finished": report.finished, "quarantined": report.quarantined, "gone": report.gone,
+            "finished": report.finished, "quarantined": overview.quarantined(), "gone": report.gone,
             "seconds": took.as_secs_f64(), "peak_bytes": peak, "stations_s": stations,
             "dataflows": dataflows, "holds": overview,
         });
@@ -192,7 +193,7 @@ fn finish(request: &RunRequest, report: &RunReport, gauges: &Gauges, took: Durat
         ));
     }
     say(&(lines.join("\n") + "\n"));
-    if report.quarantined > 0 { Ending::Quarantined } else { Ending::Done }
+    if overview.quarantined() > 0 { Ending::Quarantined } else { Ending::Done }
 }
 
 /// Where the workers' time went.
@@ -220,6 +221,13 @@ fn read_hosts(file: &Path, process: usize, deadline_s: u64) -> Result<Hosts, Str
     })?;
     let addresses: Vec<String> =
         text.lines().map(str::trim).filter(|line| !line.is_empty()).map(str::to_owned).collect();
+    if let Some(twice) = addresses.iter().enumerate().find(|(at, address)| addresses[..*at].contains(address)) {
+        return Err(refused(
+            format!("{} stands there twice", twice.1),
+            "each process of the run has an address of its own",
+            "one line for each process",
+        ));
+    }
     if process >= addresses.len() {
         return Err(refused(
             format!("it has {} lines, and this is process {process}", addresses.len()),

@@ -153,7 +153,9 @@ impl CorpusError {
             CorpusError::Occupied { .. } => "choose an empty or a new folder with --out",
             CorpusError::Version { .. } => "use the program that wrote it, or make the corpus again",
             CorpusError::Damaged { .. } => "delete the file and run the same command again: it is made anew",
-            CorpusError::NotThere { .. } => "look it up with `motionmill search`, or run the stage",
+            CorpusError::NotThere { .. } => {
+                "look it up with `motionmill search`; or run the same command again, which makes what is missing"
+            }
             CorpusError::Refused { .. } | CorpusError::Encoding { .. } => "report it: this is a fault of the program",
         }
     }

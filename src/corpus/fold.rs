@@ -1,16 +1,30 @@
 //! Folding the commit records into the tables over all shards: clips, skeletons, faults.
 
 use super::error::CorpusError;
+use super::manifest::{ClipState, Manifest};
 use super::read::Catalog;
 use super::record::FileRecord;
 use super::store::Store;
 use super::tables::{ClipRow, FaultRow, SkeletonRow};
 use super::whole::{write_clips, write_faults, write_skeletons};
 use super::writer::FileNotes;
-use std::collections::BTreeMap;
+use crate::motion::Severity;
+use std::collections::{BTreeMap, BTreeSet};
 
 /// Rows of `faults` that one kind of one clip may have; its `count` says how many there were.
 pub const FAULT_ROWS_A_KIND: usize = 20;
+
+/// `source/name` of all that was to be a clip and is none: quarantined in a shard, or left out before it came to one, such as
+/// an AMC without its skeleton.
+pub fn left_out(manifest: &Manifest, faults: &[FaultRow]) -> BTreeSet<String> {
+    let known = |row: &FaultRow| {
+        manifest.sources.get(&row.source).and_then(|source| source.clips.get(&row.name)).map(|clip| clip.state)
+    };
+    // What is said of a folder has a name that ends in `/`.
+    let faults = faults.iter().filter(|row| row.notice.severity == Severity::Fault && !row.name.ends_with('/'));
+    let without_clip = faults.filter(|row| known(row).is_none_or(|state| state == ClipState::Quarantined));
+    without_clip.map(|row| format!("{}/{}", row.source, row.name)).collect()
+}
 
 /// The rows of all shards.
 #[derive(Clone, Debug, Default, PartialEq)]

@@ -5,6 +5,7 @@ use super::paths::{MANIFEST, ShardId};
 use super::record::{FileRecord, check_version, version_error};
 use super::sealed::{seal, unseal};
 use super::store::Store;
+use super::unchanged::is_as_written;
 use super::writer::FORMAT_VERSION;
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
@@ -111,6 +112,16 @@ impl Manifest {
         for FileRecord { path, bytes, blake3, rows } in files {
             self.tables.insert(path, TableDigest { bytes, blake3, rows });
         }
+    }
+
+    /// The tables that are not there any more, or not as they were written.
+    pub fn changed_tables(&self, store: &Store) -> Vec<String> {
+        let changed = |(path, digest): &(&String, &TableDigest)| {
+            let TableDigest { bytes, blake3, rows } = (*digest).clone();
+            let record = FileRecord { path: (*path).clone(), bytes, blake3, rows };
+            !is_as_written(&store.path(path), &record).unwrap_or(false)
+        };
+        self.tables.iter().filter(changed).map(|(path, _)| path.clone()).collect()
     }
 
     /// How many recipes a rule allows.

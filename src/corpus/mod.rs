@@ -31,13 +31,14 @@ mod sealed;
 mod shard;
 mod store;
 mod tables;
+mod unchanged;
 mod verify;
 mod whole;
 mod writer;
 
 pub use card::{SourceTerms, write_card};
 pub use error::{CorpusError, Trouble};
-pub use fold::{FAULT_ROWS_A_KIND, Folded};
+pub use fold::{FAULT_ROWS_A_KIND, Folded, left_out};
 pub use guard::in_guarded_call;
 pub use lock::{RunLock, check_token};
 pub use manifest::{ClipEntry, ClipState, Manifest, SourceEntry, TableDigest};

@@ -9,6 +9,7 @@ use super::tables::{
     ClipRow, GatherChannels, GatherFeatures, GatherLabels, GatherPlants, GatherPoses, GatherProvenance, GatherSegments,
     SkeletonRow, pose_layout,
 };
+use super::unchanged::Unchanged;
 use crate::annotate::{Features, FrameLabels, Plant, Segment};
 use crate::motion::{Clip, Poses};
 use crate::synthesis::ProvenanceRow;
@@ -21,13 +22,15 @@ pub struct Catalog {
     store: Store,
     records: Arc<Vec<ShardRecord>>,
     shard_of_clip: Arc<BTreeMap<u32, usize>>,
+    unchanged: Unchanged,
 }
 
 /// One shard, open for reading; every call opens the file it needs.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Debug)]
 pub struct ShardReader<'a> {
     store: &'a Store,
     record: &'a ShardRecord,
+    unchanged: Unchanged,
 }
 
 impl Catalog {
@@ -47,7 +50,8 @@ impl Catalog {
                 }
             }
         }
-        Ok(Catalog { store: store.clone(), records: Arc::new(records), shard_of_clip: Arc::new(shard_of_clip) })
+        let (records, shard_of_clip) = (Arc::new(records), Arc::new(shard_of_clip));
+        Ok(Catalog { store: store.clone(), records, shard_of_clip, unchanged: Unchanged::default() })
     }
 
     /// All records, captured shards first, by number.
@@ -62,7 +66,7 @@ impl Catalog {
 
     /// All shards, in the order of their records.
     pub fn shards(&self) -> impl Iterator<Item = ShardReader<'_>> {
-        self.records.iter().map(|record| ShardReader { store: &self.store, record })
+        self.records.iter().map(|record| self.reader(record))
     }
 
     /// The shard of a clip.
@@ -71,16 +75,20 @@ impl Catalog {
     /// [`CorpusError::NotThere`].
     pub fn shard_of(&self, clip_id: u32) -> Result<ShardReader<'_>, CorpusError> {
         match self.shard_of_clip.get(&clip_id) {
-            Some(&at) => Ok(ShardReader { store: &self.store, record: &self.records[at] }),
+            Some(&at) => Ok(self.reader(&self.records[at])),
             None => Err(CorpusError::NotThere { what: format!("clip {clip_id}") }),
         }
+    }
+
+    fn reader<'a>(&'a self, record: &'a ShardRecord) -> ShardReader<'a> {
+        ShardReader { store: &self.store, record, unchanged: self.unchanged.clone() }
     }
 }
 
 impl<'a> ShardReader<'a> {
     /// The shard of a record.
     pub fn new(store: &'a Store, record: &'a ShardRecord) -> ShardReader<'a> {
-        ShardReader { store, record }
+        ShardReader { store, record, unchanged: Unchanged::default() }
     }
 
     /// Its record.
@@ -209,7 +217,7 @@ impl<'a> ShardReader<'a> {
 
     fn open(&self, table: Table, layout: &str) -> Result<TableFile, CorpusError> {
         match self.record.file(table, layout) {
-            Some(file) => TableFile::open(self.store, &file.path, Some(file)),
+            Some(file) => TableFile::open(self.store, &file.path, Some((file, &self.unchanged))),
             None => Err(CorpusError::NotThere { what: format!("{} of {}", table.name(), self.record.shard) }),
         }
     }

@@ -5,6 +5,7 @@ use super::guard::guarded;
 use super::record::FileRecord;
 use super::rows::Rows;
 use super::store::Store;
+use super::unchanged::Unchanged;
 use super::writer::block_rows;
 use arrow::array::RecordBatch;
 use parquet::arrow::ProjectionMask;
@@ -51,14 +52,17 @@ pub(super) struct ClipStream<G> {
 }
 
 impl TableFile {
-    /// Opens a file and reads its footer. A file of a shard must have the length and rows of its record.
-    pub(super) fn open(store: &Store, name: &str, record: Option<&FileRecord>) -> Result<TableFile, CorpusError> {
+    /// Opens a file and reads its footer. A file of a shard must be the one of its record; its digest is taken the first
+    /// time that it is opened.
+    pub(super) fn open(
+        store: &Store,
+        name: &str,
+        record: Option<(&FileRecord, &Unchanged)>,
+    ) -> Result<TableFile, CorpusError> {
         let path = store.path(name);
-        let (file, bytes) = open_file(&path)?;
-        if let Some(record) = record
-            && record.bytes != bytes
-        {
-            return Err(CorpusError::damaged(&path, format!("{bytes} bytes, {} were written", record.bytes)));
+        let file = open_file(&path)?;
+        if let Some((record, unchanged)) = record {
+            unchanged.check(&path, record)?;
         }
         let metadata = guarded(&path, || {
             let options = ArrowReaderOptions::new().with_page_index_policy(PageIndexPolicy::Optional);
@@ -68,7 +72,7 @@ impl TableFile {
             usize::try_from(group.num_rows()).ok().and_then(|rows| sum.checked_add(rows))
         });
         let n_rows = counted.ok_or_else(|| CorpusError::damaged(&path, "row counts that can't be"))?;
-        if let Some(record) = record
+        if let Some((record, _)) = record
             && record.rows != n_rows as u64
         {
             return Err(CorpusError::damaged(&path, format!("{n_rows} rows, {} were written", record.rows)));
@@ -92,7 +96,7 @@ impl TableFile {
 
     /// Rows in batches: of all columns or some, from a range or all.
     pub(super) fn batches(&self, columns: Option<&[&str]>, rows: Option<Range<usize>>) -> Result<Batches, CorpusError> {
-        let (file, _) = open_file(&self.path)?;
+        let file = open_file(&self.path)?;
         let inner = guarded(&self.path, || {
             let mut builder = ParquetRecordBatchReaderBuilder::new_with_metadata(file, self.metadata.clone())
                 .with_batch_size(block_rows(self.metadata.schema()));
@@ -214,8 +218,6 @@ impl<G: Gather> ClipStream<G> {
     }
 }
 
-fn open_file(path: &Path) -> Result<(File, u64), CorpusError> {
-    let file = File::open(path).map_err(|error| CorpusError::io(path, "opening", error))?;
-    let bytes = file.metadata().map_err(|error| CorpusError::io(path, "opening", error))?.len();
-    Ok((file, bytes))
+fn open_file(path: &Path) -> Result<File, CorpusError> {
+    File::open(path).map_err(|error| CorpusError::io(path, "opening", error))
 }

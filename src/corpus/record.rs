@@ -120,9 +120,9 @@ impl ShardRecord {
         !self.keys.ingest.is_empty()
     }
 
-    /// Empties the keys of stages that a file of is not there any more, so that they are made anew.
+    /// Empties the keys of stages that a file of is not there any more, or was cut, so that they are made anew.
     pub fn forget_lost(&mut self, store: &Store) {
-        for file in self.files.iter().filter(|file| !store.is_there(&file.path)) {
+        for file in self.files.iter().filter(|file| !store.holds(&file.path, file.bytes)) {
             if let Some(table) = Table::of_file(&file.path) {
                 self.keys.set(table.stage(), "");
             }

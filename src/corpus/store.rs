@@ -99,6 +99,11 @@ impl Store {
         self.path(name).is_file()
     }
 
+    /// Whether there is such a file, and of that length.
+    pub fn holds(&self, name: &str, bytes: u64) -> bool {
+        self.path(name).metadata().is_ok_and(|file| file.is_file() && file.len() == bytes)
+    }
+
     /// Names of all files below a folder of the store (`""`: of the whole store), sorted; temporary files too.
     /// Links are not followed; names that are not UTF-8 are not ours and left out.
     pub fn list(&self, folder: &str) -> Result<Vec<String>, CorpusError> {

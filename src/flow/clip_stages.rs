@@ -12,9 +12,12 @@ use crate::motion::clip::snap_rate_hz;
 use crate::motion::kinematics::{file_pose_of_frame, pose_of_frame, poses, poses_and_rotations};
 use crate::motion::role_assign::assign_roles;
 use crate::motion::{Notice, Severity, UpAxis};
+use glam::DVec3;
 use std::path::Path;
 use std::sync::Arc;
 
+/// A body farther away than this is nowhere: tables would hold its place to no better than 6 cm.
+const FARTHEST_M: f64 = 1e6;
 /// Frames a second of an AMC file where nobody says: the format has no field for it, and nearly all are CMU's.
 const USUAL_AMC_RATE_HZ: f64 = 120.0;
 
@@ -71,12 +74,38 @@ fn take_stored(work: &mut Work, clip_id: u32, catalog: Option<&Catalog>) -> Resu
 }
 
 /// World positions, and rotations where a table wants them.
-pub(super) fn kinematics(work: &mut Work, settings: &RunSettings) {
-    if settings.rotations && work.shard.todo == Todo::Everything {
+pub(super) fn kinematics(work: &mut Work, settings: &RunSettings) -> Result<(), Out> {
+    let poses = if settings.rotations && work.shard.todo == Todo::Everything {
         let (poses, rotations) = poses_and_rotations(work.clip());
-        (work.poses, work.rotations) = (Some(poses), Some(rotations));
+        work.rotations = Some(rotations);
+        poses
     } else {
-        work.poses = Some(poses(work.clip()));
+        poses(work.clip())
+    };
+    // Spelt so that what is no number is no place either.
+    let is_place = |point: &DVec3| point.abs().max_element() <= FARTHEST_M;
+    if let Some(at) = poses.world.iter().position(|point| !is_place(point)) {
+        let (frame, point) = (at / poses.n_points, at % poses.n_points);
+        return Err(nowhere(work, frame, point, poses.world[at]).into());
+    }
+    work.poses = Some(poses);
+    Ok(())
+}
+
+/// The fault of a clip that leaves the world in one of its frames.
+fn nowhere(work: &Work, frame: usize, point: usize, place: DVec3) -> Notice {
+    let joints = &work.clip().skeleton.joints;
+    let joint = joints.get(point).map_or_else(|| "the end of a joint".to_owned(), |joint| format!("`{}`", joint.name));
+    let far = place.abs().max_element();
+    Notice {
+        frame: Some(frame as u32),
+        ..fault(
+            "position-absurd",
+            format!("frame {frame} of the table has {joint} {far:.3e} m away from the origin"),
+            "no capture is that large: a number in the file is broken, or its unit is another, and speeds and likeness \
+             of frames would come to nothing",
+            "look at the clip's root channels there, or set `unit_m` of the source in the config",
+        )
     }
 }
 

@@ -45,7 +45,6 @@ pub fn compact(
         out: replacement.new_folder().to_owned(),
         workers,
         hosts: None,
-        strict: false,
         prune: false,
         from: Some(corpus.to_owned()),
     };
@@ -117,5 +116,5 @@ pub(super) fn prepare_stored(
         .collect();
     let mut faults = if from.is_there(FAULTS) { read_faults(from)? } else { Vec::new() };
     faults.retain(|row| !in_records.contains(&(row.source.as_str(), row.name.as_str())));
-    Ok(Prepared { shards, to_read, finished, found, bytes, faults, gone: Vec::new() })
+    Ok(Prepared { shards, to_read, finished, found, bytes, faults, gone: Vec::new(), replaced: Vec::new() })
 }

@@ -78,10 +78,8 @@ pub(crate) fn mill(worker: &mut Worker, shards: Vec<ShardJob>, context: &MillCon
         let (clips, judge_faults) =
             per_clip(clips, Station::Judge, gauges(), move |work| judge.borrow_mut().judge(work));
         let told = settings();
-        let (clips, kinematics_faults) = per_clip(clips, Station::Kinematics, gauges(), move |work| {
-            clip_stages::kinematics(work, &told);
-            Ok(())
-        });
+        let (clips, kinematics_faults) =
+            per_clip(clips, Station::Kinematics, gauges(), move |work| clip_stages::kinematics(work, &told));
         let told = settings();
         let (clips, features_faults) = per_clip(clips, Station::Features, gauges(), move |work| {
             clip_stages::features(work, &told);

@@ -9,7 +9,7 @@ use super::work::ShardJob;
 use crate::corpus::{
     ClipEntry, ClipState, FaultRow, Manifest, ShardId, ShardKind, ShardRecord, Store, read_records, remove_shard,
 };
-use crate::inputs::{Found, Input, InputHash, Keyed, cut_shards, find_inputs, hash_inputs};
+use crate::inputs::{Difference, Found, Input, InputHash, Keyed, cut_shards, find_inputs, hash_inputs};
 use crate::plan::config::ShardSettings;
 use crate::plan::{ClipFacts, Plan, Stage};
 use std::collections::{BTreeMap, BTreeSet};
@@ -27,6 +27,8 @@ pub(crate) struct Prepared {
     pub(crate) faults: Vec<FaultRow>,
     /// `source/name` of clips whose files have gone.
     pub(crate) gone: Vec<String>,
+    /// Sources that none of the known clips of is as it was: most likely another folder of that name was meant.
+    pub(crate) replaced: Vec<String>,
     /// Clips that were in the corpus already and need nothing.
     pub(crate) finished: usize,
     /// Clips to be read.
@@ -132,6 +134,7 @@ fn enter(
         })
         .collect();
     let difference = found.difference(&keyed, &known);
+    prepared.replaced = replaced_sources(&known, &keyed, &difference);
     let mut moved = BTreeSet::new();
     for &index in &difference.changed {
         let (input, hash) = &readable[index];
@@ -182,6 +185,15 @@ fn enter(
     }
     let new = difference.new.iter().map(|&index| NewClip::of(&readable[index].0, &readable[index].1));
     give_numbers(&new.collect::<Vec<_>>(), shards, manifest);
+}
+
+/// Sources whose known clips have all changed or gone.
+fn replaced_sources(known: &[Keyed], found: &[Keyed], difference: &Difference) -> Vec<String> {
+    let same: BTreeSet<&str> = difference.unchanged.iter().map(|&index| found[index].source.as_str()).collect();
+    let other = difference.changed.iter().map(|&index| found[index].source.as_str());
+    let gone = difference.gone.iter().map(|&index| known[index].source.as_str());
+    let other: BTreeSet<&str> = other.chain(gone).filter(|source| !same.contains(source)).collect();
+    other.into_iter().map(str::to_owned).collect()
 }
 
 impl NewClip {

@@ -17,8 +17,8 @@ use super::tree::{TREE, TreePlan, grow_trees, plan_trees, state_key};
 use super::work::ShardJob;
 use crate::annotate::PlantState;
 use crate::corpus::{
-    Catalog, ClipState, CorpusError, EDGES, FileNotes, Folded, MADE, Manifest, NODES, RECIPES, SEQUENCES, SourceTerms,
-    Store, check_token, items_file, merges_file, open_to_run, read_records, write_card,
+    Catalog, CorpusError, EDGES, FileNotes, Folded, MADE, Manifest, NODES, RECIPES, SEQUENCES, SourceTerms, Store,
+    check_token, items_file, merges_file, open_to_run, read_records, write_card,
 };
 use crate::inputs::InputError;
 use crate::plan::keys::digest;
@@ -58,8 +58,6 @@ pub struct RunRequest {
     pub workers: usize,
     /// Other processes of the run.
     pub hosts: Option<Hosts>,
-    /// Warnings are faults.
-    pub strict: bool,
     /// Clips whose files have gone are removed.
     pub prune: bool,
     /// A corpus whose stored clips are taken in place of inputs.
@@ -81,8 +79,8 @@ pub struct RunReport {
     pub up_to_date: bool,
     /// Clips whose files have gone, `source/name`.
     pub gone: Vec<String>,
-    /// Clips that are quarantined now.
-    pub quarantined: usize,
+    /// Sources that none of the known clips of is as it was.
+    pub replaced: Vec<String>,
     /// Each dataflow, in order.
     pub dataflows: Vec<Dataflow>,
 }
@@ -150,8 +148,7 @@ pub fn run(
     say: impl FnMut(&str),
 ) -> Result<RunReport, RunError> {
     let leads = request.hosts.as_ref().is_none_or(|hosts| hosts.process == 0);
-    let mut settings = RunSettings::of(&request.plan);
-    settings.read.strict = request.strict;
+    let settings = RunSettings::of(&request.plan);
     gauges.begin("inputs", 0);
     let mut held = if leads { Some(open_to_run(&request.out)?) } else { None };
     let manifest = held.as_mut().map(|corpus| std::mem::take(&mut corpus.manifest));
@@ -227,7 +224,7 @@ fn meet(
     let mut hello = Hello {
         process: hosts.process as u64,
         workers: request.workers as u64,
-        digest: *blake3::hash(format!("{} {}", request.plan.digest(), request.strict).as_bytes()).as_bytes(),
+        digest: *blake3::hash(request.plan.digest().as_bytes()).as_bytes(),
         token: [0; TOKEN_BYTES],
     };
     hello.token.iter_mut().zip(token.bytes()).for_each(|(to, byte)| *to = byte);
@@ -285,7 +282,8 @@ fn work(worker: &mut Worker, context: &Context) -> Result<RunReport, RunError> {
         if plan.has(Stage::Graph) {
             graph(worker, &mut lead, &key, &mill_context, context)?;
         }
-        let frames = mill_context.catalog.iter().flat_map(Catalog::clips).map(|row| u64::from(row.frames)).sum();
+        let clips = mill_context.catalog.iter().flat_map(Catalog::clips).filter(|row| !row.origin.is_made());
+        let frames = clips.map(|row| u64::from(row.frames)).sum();
         if lead.is_some() {
             report.note("cluster", frames, start);
         }
@@ -355,10 +353,9 @@ impl RunReport {
 
 impl Head {
     fn report(self, report: RunReport) -> RunReport {
-        let Prepared { found, bytes, finished, to_read, gone, .. } = self.prepared;
-        let clips = self.manifest.sources.values().flat_map(|source| source.clips.values());
-        let quarantined = clips.filter(|clip| clip.state == ClipState::Quarantined).count();
-        RunReport { found, bytes, finished, parsed: to_read, gone, quarantined, up_to_date: !self.worked, ..report }
+        let Prepared { found, bytes, finished, to_read, gone, replaced, .. } = self.prepared;
+        let up_to_date = !self.worked;
+        RunReport { found, bytes, finished, parsed: to_read, gone, replaced, up_to_date, ..report }
     }
 }
 
@@ -409,9 +406,10 @@ pub(super) fn noted_plan(manifest: &Manifest) -> Option<Plan> {
     serde_json::from_value(manifest.plan.clone()).ok()
 }
 
-/// Forgets files that are not there any more, with the keys of their stages: they are made anew.
+/// Forgets files that are not there any more, or not as they were written, with the keys of their stages: they are made
+/// anew.
 fn forget_lost(manifest: &mut Manifest, store: &Store) {
-    let lost: Vec<String> = manifest.tables.keys().filter(|file| !store.is_there(file)).cloned().collect();
+    let lost: Vec<String> = manifest.changed_tables(store);
     for file in lost {
         let state = PlantState::ALL
             .into_iter()

@@ -61,7 +61,7 @@ impl RunSettings {
         ];
         let thesis = &config.contacts.thesis;
         RunSettings {
-            read: ReadOptions { limits: config.limits.clone(), ..ReadOptions::default() },
+            read: ReadOptions { strict: config.ingest.strict, limits: config.limits.clone(), ..ReadOptions::default() },
             names: shipped_names(),
             features: plan.has(Stage::Features),
             labels: plan.has(Stage::Contacts),

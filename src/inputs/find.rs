@@ -1,6 +1,6 @@
 //! The list of inputs: every clip below the input folders, with its name, skeleton and settings.
 
-use super::names::{clip_names, path_text, text_of, unique};
+use super::names::{clip_names, path_text, text_of};
 use super::pairing::{Pairing, pair};
 use super::settings::{InputRules, SourceRule, SourceSettings, fits_name};
 use super::walk::{Obstacle, ObstacleKind, Walk, Walked, walk};
@@ -90,6 +90,14 @@ pub enum InputError {
         /// As the user named it.
         path: String,
     },
+    /// Two folders would be one source.
+    #[error("inputs {} and {} are both called `{label}`", paths[0], paths[1])]
+    SameLabel {
+        /// Of both.
+        label: String,
+        /// As the user named them.
+        paths: [String; 2],
+    },
 }
 
 /// Finds every `.bvh` and `.amc` below the folders (or named as single files), in any case, with the skeletons of the latter.
@@ -102,8 +110,8 @@ pub enum InputError {
 pub fn find_inputs(inputs: &[PathBuf], rules: &InputRules, max_clip_bytes: u64) -> Result<Found, Vec<InputError>> {
     let mut found = Found::default();
     let mut names = Vec::new();
-    for (root, source) in labelled(roots(inputs)?, rules) {
-        let rule = rules.source_rule(&root.name()).map(|(_, rule)| rule);
+    for (root, source) in labelled(roots(inputs)?, rules)? {
+        let rule = rules.rule_of_folder(&root.path());
         let mut search = Search { root: &root, source: &source, rule, rules, found: &mut found };
         names.extend(search.take(root.walk(), max_clip_bytes).into_iter().map(|name| (source.clone(), name)));
         found.sources.push(InputSource { label: source, folder: root.given });
@@ -169,17 +177,22 @@ fn root_of(given: &Path) -> Result<Root, InputError> {
     Ok(Root { given: folder.to_owned(), canonical, only: Some(BTreeSet::from([PathBuf::from(name)])) })
 }
 
-/// The folders with their labels, by label; of equal ones the second is `#2`.
-fn labelled(mut roots: Vec<Root>, rules: &InputRules) -> Vec<(Root, String)> {
+/// The folders with their labels, by label.
+///
+/// Equal ones are refused: numbered, they would depend on where the folders lie and which of them a run names.
+fn labelled(roots: Vec<Root>, rules: &InputRules) -> Result<Vec<(Root, String)>, Vec<InputError>> {
     let label = |root: &Root| {
-        let own = rules.source_rule(&root.name()).and_then(|(_, rule)| rule.label.clone());
+        let own = rules.rule_of_folder(&root.path()).and_then(|rule| rule.label.clone());
         own.unwrap_or_else(|| root.name())
     };
-    roots.sort_by_cached_key(|root| (label(root), root.canonical.clone()));
-    let labels = unique(roots.iter().map(label).collect());
-    let mut labelled: Vec<(Root, String)> = roots.into_iter().zip(labels).collect();
-    labelled.sort_by(|a, b| a.1.cmp(&b.1));
-    labelled
+    let mut labelled: Vec<(String, Root)> = roots.into_iter().map(|root| (label(&root), root)).collect();
+    labelled.sort_by(|a, b| (&a.0, &a.1.given).cmp(&(&b.0, &b.1.given)));
+    let given = |root: &Root| root.given.display().to_string();
+    let equal = labelled.windows(2).filter(|two| two[0].0 == two[1].0);
+    let errors: Vec<InputError> = equal
+        .map(|two| InputError::SameLabel { label: two[0].0.clone(), paths: [given(&two[0].1), given(&two[1].1)] })
+        .collect();
+    if errors.is_empty() { Ok(labelled.into_iter().map(|(label, root)| (root, label)).collect()) } else { Err(errors) }
 }
 
 impl Root {
@@ -187,6 +200,12 @@ impl Root {
     fn name(&self) -> String {
         let name = self.given.file_name().or_else(|| self.canonical.file_name());
         name.map_or_else(|| "inputs".to_owned(), text_of)
+    }
+
+    /// The folder as rules name it: with `/`, and its last part as [`Root::name`].
+    fn path(&self) -> String {
+        let above = self.given.parent().map(path_text).filter(|above| !above.is_empty());
+        above.map_or_else(|| self.name(), |above| format!("{above}/{}", self.name()))
     }
 
     fn walk(&self) -> Walk {

@@ -27,7 +27,7 @@ pub struct InputSettings {
 pub struct SourceRule {
     /// Name of the source in the tables. None: the folder's name.
     pub label: Option<String>,
-    /// Name of the input folder, `*` stands for anything.
+    /// Name of the input folder, or the end of its path with `/`; `*` stands for anything.
     pub folder: String,
     /// Frames a second.
     pub rate_hz: Option<f64>,
@@ -142,6 +142,16 @@ impl InputRules {
     /// The rule of a folder of that name, and its place in the list.
     pub fn source_rule(&self, folder: &str) -> Option<(usize, &SourceRule)> {
         self.sources.iter().enumerate().find(|(_, rule)| matches(&rule.folder, folder))
+    }
+
+    /// The rule of an input folder by its path, with `/`: a rule's `folder` is its name, or the end of its path.
+    pub fn rule_of_folder(&self, path: &str) -> Option<&SourceRule> {
+        let fits = |rule: &&SourceRule| {
+            let depth = rule.folder.matches('/').count() + 1;
+            let parts: Vec<&str> = path.split('/').collect();
+            matches(&rule.folder, &parts[parts.len().saturating_sub(depth)..].join("/"))
+        };
+        self.sources.iter().find(fits)
     }
 
     /// What holds for one clip: `[inputs]`, then its folder's rule, then the rules for its name.

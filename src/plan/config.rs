@@ -65,6 +65,8 @@ pub enum WithoutInput {
 pub struct IngestSettings {
     /// Nothing, or the procedural corpus.
     pub without_input: WithoutInput,
+    /// Warnings are faults: a clip that deviates is left out.
+    pub strict: bool,
 }
 
 /// How work is cut.

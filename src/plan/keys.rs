@@ -44,11 +44,24 @@ impl PlanKeys {
     /// pipeline finds what a shorter one has done.
     pub fn new(config: &Config, filter: impl Fn(Stage) -> ClipFilter) -> PlanKeys {
         let Config {
-            limits, tables, poses, contacts, cluster, neighbors, graph, recipes, graft, action, judge, ..
+            ingest,
+            limits,
+            tables,
+            poses,
+            contacts,
+            cluster,
+            neighbors,
+            graph,
+            recipes,
+            graft,
+            action,
+            judge,
+            ..
         } = config;
         // What is read doesn't depend on which tables are written of it.
         let motion = key("motion", version::INGEST, &json!([limits]));
-        let ingest = key("ingest", version::INGEST, &json!([motion, poses, tables.channels, tables.poses]));
+        let ingest =
+            key("ingest", version::INGEST, &json!([motion, ingest.strict, poses, tables.channels, tables.poses]));
         let features = key("features", version::FEATURES, &json!([motion, tables.features]));
         let labels = key("labels", version::LABELS, &json!([motion, contacts]));
         let tree = key("tree", version::TREE, &json!([features, labels, cluster, filter(Stage::Tree)]));
