@@ -81,8 +81,8 @@ pub(crate) fn connect(
     let start = Instant::now();
     let mut told = Duration::ZERO;
     loop {
-        for process in 0..me {
-            if sockets[process].is_none()
+        for (process, place) in sockets.iter_mut().enumerate().take(me) {
+            if place.is_none()
                 && let Some(socket) = dial(&hosts.addresses[process])
                 && let Some(theirs) = greet(&socket, hello)
             {
@@ -90,7 +90,7 @@ pub(crate) fn connect(
                 if process == 0 {
                     token = theirs.token;
                 }
-                sockets[process] = Some(socket);
+                *place = Some(socket);
             }
         }
         while let Ok((socket, _)) = listener.accept() {

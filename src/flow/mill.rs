@@ -98,8 +98,7 @@ pub(crate) fn mill(worker: &mut Worker, shards: Vec<ShardJob>, context: &MillCon
     while !probe.done() {
         worker.step_or_park(None);
     }
-    let landed = *landed.borrow();
-    landed
+    landed.take()
 }
 
 fn to_worker_0(landings: Stream<'_, Lane, Vec<Landed>>, sum: &Rc<RefCell<Landed>>, probe: &Handle<Lane>) {

@@ -17,6 +17,7 @@ use timely::dataflow::operators::generic::operator::Operator;
 pub(crate) type Split<'scope> = (Stream<'scope, Lane, Vec<Work>>, Stream<'scope, Lane, Vec<Faulted>>);
 
 /// Applies `stage` to every clip. A fault, or a panic inside the call, takes the clip out.
+#[expect(clippy::result_large_err, reason = "the other variant, a clip on its way, is larger")]
 pub(crate) fn per_clip<'scope>(
     clips: Stream<'scope, Lane, Vec<Work>>,
     station: Station,

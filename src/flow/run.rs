@@ -337,7 +337,7 @@ impl Context {
 
     /// Starts the gauges of a dataflow, once a process.
     fn begin(&self, worker: &Worker, phase: &str, shards: &[ShardJob]) {
-        if worker.index() % self.request.workers == 0 {
+        if worker.index().is_multiple_of(self.request.workers) {
             self.gauges.begin(phase, shards.iter().map(|shard| shard.clips.len() as u64).sum());
         }
     }

@@ -251,8 +251,7 @@ fn gather_samples(worker: &mut Worker, tickets: Vec<ShardJob>, context: &MillCon
     while !probe.done() {
         worker.step_or_park(None);
     }
-    let samples = std::mem::take(&mut *gathered.borrow_mut());
-    samples
+    gathered.take()
 }
 
 /// Worker 0 notes each tree in the manifest, and puts that.

@@ -74,7 +74,9 @@ mod tests {
     /// Made once with scipy 1.17: `PchipInterpolator(x, y)(at)`.
     #[test]
     fn it_equals_scipy() {
-        let curves: [(&[[f64; 2]], &[[f64; 2]]); 3] = [
+        /// Points, as (x, y).
+        type Curve = &'static [[f64; 2]];
+        let curves: [(Curve, Curve); 3] = [
             (
                 &[[0.0, 0.0], [1.0, 1.0], [2.5, 1.2], [3.0, 4.0], [5.0, 3.9], [7.0, 3.9]],
                 &[
