@@ -138,6 +138,10 @@ fn draw(strip: &Strip<'_>) -> Drawn {
     let Strip { poses, skeleton, roles, .. } = *strip;
     let frames: Vec<usize> = strip.frames.iter().copied().filter(|&frame| frame < poses.n_frames).collect();
     let hips = roles.get(Role::Hips).unwrap_or(0);
+    // A joint that stays at the origin while the hips travel (Bandai-Namco's `joint_Root`) is no part of the body: points
+    // that are no numbers are not drawn.
+    let parent_of = |&joint: &usize| skeleton.joints.get(joint).and_then(|joint| joint.parent);
+    let above_hips: Vec<usize> = std::iter::successors(parent_of(&hips), parent_of).collect();
     let travel = match (frames.first(), frames.last()) {
         (Some(&first), Some(&last)) => {
             let way = poses.at(last, hips) - poses.at(first, hips);
@@ -160,6 +164,9 @@ fn draw(strip: &Strip<'_>) -> Drawn {
             };
             let points = (0..poses.n_points)
                 .map(|point| {
+                    if above_hips.contains(&point) {
+                        return [f64::NAN; 2];
+                    }
                     let at = poses.at(frame, point) - DVec3::new(origin.x, 0.0, origin.z);
                     [at.dot(right), at.y - strip.ground_m]
                 })
@@ -383,6 +390,33 @@ mod tests {
         let way = poses.at(made.clip.n_frames - 1, 0) - poses.at(0, 0);
         assert!((width(Layout::Path) / SCALE - way.length()).abs() < 2.0, "{} {}", width(Layout::Path), way.length());
         assert_ne!(width(Layout::Path), width(Layout::Row));
+    }
+
+    #[test]
+    fn a_joint_above_the_hips_is_no_part_of_the_body() {
+        let made = walk();
+        let poses = poses(&made.clip);
+        let mut roles = roles();
+        roles.set(Role::Hips, 11);
+        let width = |poses: &Poses| -> f64 {
+            let svg = strips(&[Strip {
+                title: "",
+                poses,
+                skeleton: &made.clip.skeleton,
+                roles: &roles,
+                rate_hz: 30.0,
+                frames: &[0, 10],
+                contacts: None,
+                ground_m: 0.0,
+                view: View::Side,
+                layout: Layout::Row,
+            }]);
+            svg.split("width=\"").nth(1).and_then(|rest| rest.split('"').next()?.parse().ok()).unwrap_or(f64::MAX)
+        };
+        let mut left_behind = poses.clone();
+        (0..poses.n_frames).for_each(|frame| left_behind.world[frame * poses.n_points] = DVec3::splat(-90.0));
+        assert_eq!(made.clip.skeleton.joints[11].parent, Some(0));
+        assert_eq!(width(&left_behind), width(&poses));
     }
 
     #[test]
