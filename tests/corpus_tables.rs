@@ -1,6 +1,7 @@
 //! Every table of a corpus: what is written is read back, under the names and types that SCHEMA promises.
 
 use crate::corpus_samples::{Dice, all_tables, clip_row, commit, fault_row, sample_clips, skeleton_row};
+use crate::shared_data::peers_python;
 use motionmill::annotate::PlantState;
 use motionmill::cluster::{Edge, Merge, Node, Sample, Sequence};
 use motionmill::corpus::*;
@@ -137,9 +138,8 @@ proptest! {
 }
 
 #[test]
-#[ignore = "needs Python with duckdb, polars, pyarrow and pandas: MOTIONMILL_PYTHON=python3 cargo test -- --ignored open_elsewhere"]
 fn the_tables_open_elsewhere() {
-    let python = std::env::var("MOTIONMILL_PYTHON").unwrap();
+    let Some(python) = peers_python() else { return };
     let (_folder, store) = store();
     let mut dice = Dice(6);
     for shard in [ShardId::captured(0), ShardId::captured(1), ShardId::made(0)] {

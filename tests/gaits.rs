@@ -237,10 +237,10 @@ fn the_machine_agrees_with_the_reference_on_every_clip() {
     }
 }
 
-/// Clips of a folder, every `step`-th, whose class is the one of their name: (right, all) of gait clips, then of stands.
-fn right(folder: &Path, step: usize, mut wrong: impl FnMut(&str)) -> [(usize, usize); 2] {
+/// Clips of a folder whose class is the one of their name: (right, all) of gait clips, then of stands.
+fn right(folder: &Path, mut wrong: impl FnMut(&str)) -> [(usize, usize); 2] {
     let mut counts = [(0, 0); 2];
-    for name in bandai::clips_with_a_gait(folder).iter().step_by(step) {
+    for name in &bandai::clips_with_a_gait(folder) {
         let (poses, roles) = bandai::read(&folder.join(name));
         let clip = annotate(&poses, &roles, bandai::RATE_HZ, &Settings::default()).clip;
         let wanted = bandai::gait_by_name(name).unwrap();
@@ -257,26 +257,14 @@ fn right(folder: &Path, step: usize, mut wrong: impl FnMut(&str)) -> [(usize, us
     counts
 }
 
+/// CONTACTS 7 reached 0.996 of dataset-2's gait clips with this detector and another resting height.
 #[test]
 fn captured_clips_are_what_their_names_say() {
     let Some(data) = shared_data::captures() else { return };
-    let mut wrong = Vec::new();
-    let [gaits, stands] = right(&data.join("bandai-namco/dataset-2"), 12, |clip| wrong.push(clip.to_owned()));
-    assert!(gaits.1 >= 40 && stands.1 >= 80, "{gaits:?} {stands:?}");
-    assert_eq!(stands.0, stands.1, "{wrong:?}");
-    // CONTACTS 7: 0.996 of all 556.
-    assert!(gaits.0 + 1 >= gaits.1, "{wrong:?}");
-}
-
-/// `cargo test --test tests whole_set -- --ignored --nocapture`
-#[test]
-#[ignore = "1,800 clips: a minute"]
-fn whole_set() {
-    let Some(data) = shared_data::captures() else { return };
     for (set, least) in [("dataset-2", 0.99), ("dataset-1", 0.95)] {
-        let [gaits, stands] = right(&data.join("bandai-namco").join(set), 1, |clip| eprintln!("{clip}"));
-        eprintln!("{set}: {} of {} gait clips, {} of {} stands", gaits.0, gaits.1, stands.0, stands.1);
-        assert!(gaits.0 as f64 >= least * gaits.1 as f64);
+        let [gaits, stands] = right(&data.join("bandai-namco").join(set), |clip| println!("{clip}"));
+        println!("{set}: {} of {} gait clips, {} of {} stands", gaits.0, gaits.1, stands.0, stands.1);
+        assert!(gaits.1 > 50 && gaits.0 as f64 >= least * gaits.1 as f64);
         assert_eq!(stands.0, stands.1);
     }
 }

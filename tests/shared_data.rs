@@ -35,3 +35,13 @@ pub(crate) fn reference(name: &str) -> Option<String> {
     assert!(output.status.success(), "xz -dc {} failed", file.display());
     Some(String::from_utf8(output.stdout).unwrap())
 }
+
+/// The Python that has the peers (numpy, scipy, duckdb, polars, pandas, pyarrow): `MOTIONMILL_PEERS_PYTHON`, which `.ci/run` sets.
+pub(crate) fn peers_python() -> Option<std::ffi::OsString> {
+    let python = std::env::var_os("MOTIONMILL_PEERS_PYTHON");
+    if python.is_none() {
+        assert!(std::env::var_os("CI").is_none(), "CI is set, but MOTIONMILL_PEERS_PYTHON is not");
+        eprintln!("skipped: MOTIONMILL_PEERS_PYTHON names no Python with the packages of .ci/run");
+    }
+    python
+}

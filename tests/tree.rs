@@ -83,11 +83,7 @@ fn no_live_pair_is_ever_closer_than_the_one_that_merges() {
 
 #[test]
 fn equals_scipys_centroid_linkage() {
-    let Some(python) = std::env::var_os("MOTIONMILL_PEERS_PYTHON") else {
-        assert!(std::env::var_os("CI").is_none(), "CI is set, but MOTIONMILL_PEERS_PYTHON is not");
-        eprintln!("skipped: MOTIONMILL_PEERS_PYTHON names no Python with numpy and scipy");
-        return;
-    };
+    let Some(python) = shared_data::peers_python() else { return };
     let vectors = distinct_vectors(&some_clips("", 40), 3000);
     if vectors.is_empty() {
         return;
