@@ -18,7 +18,7 @@ use motionmill::motion::rotation::{rotation_vector, slerp};
 use motionmill::motion::{Clip, UpAxis};
 use motionmill::synthesis::correlation::{alternates, frame_map};
 use motionmill::synthesis::graft::graft_timed;
-use motionmill::synthesis::judge::judge;
+use motionmill::synthesis::judge::{Reference, judge};
 use motionmill::synthesis::{
     Action, ActionSettings, CorrelationSettings, Figures, Footwork, GateSettings, GraftSettings, Measure, Movement,
     Part, Placement, Refusal, Subject, graft,
@@ -223,7 +223,13 @@ fn figures_are_those_of_the_reference() {
     let mut worst = Worst::default();
     for line in &lines {
         let movement = subject(&data, file(line, 1)).movement;
-        compare_figures(&mut worst, &Figures::of(&movement), &line["out"], movement.rate_hz, file(line, 1));
+        compare_figures(
+            &mut worst,
+            &Figures::of(&movement, &Reference::default()),
+            &line["out"],
+            movement.rate_hz,
+            file(line, 1),
+        );
     }
     worst.print("judge");
 }
@@ -280,9 +286,10 @@ fn grafts_and_verdicts_are_those_of_the_reference() {
             }
         }
 
-        let own = Figures::of(&movement);
+        let own = Figures::of(&movement, &Reference::default());
         compare_figures(&mut worst, &own, &line["judge"]["figures"], movement.rate_hz, &place);
-        let parents = [&base, &donor].map(|parent| Figures::of_parent(&parent.movement, movement.rate_hz));
+        let parents =
+            [&base, &donor].map(|parent| Figures::of_parent(&parent.movement, movement.rate_hz, &Reference::default()));
         let verdict = judge(&own, &parents[0], &parents[1], true, &GateSettings::default());
         for (name, expected) in line["judge"]["accepted"].as_object().unwrap() {
             let gate = verdict.gates[Measure::from_name(name).unwrap() as usize];
@@ -297,8 +304,9 @@ fn grafts_and_verdicts_are_those_of_the_reference() {
 /// A graft's verdict beside its parents.
 fn reasons(base: &Subject, donor: &Subject, made: &Clip, cyclic: bool) -> Vec<String> {
     let (_, roles) = tables().best(&made.skeleton).map(|(name, roles)| (name.to_owned(), roles)).unwrap();
-    let own = Figures::of(&Movement::of_clip(made, &roles).unwrap());
-    let [base, donor] = [base, donor].map(|parent| Figures::of_parent(&parent.movement, made.rate_hz));
+    let own = Figures::of(&Movement::of_clip(made, &roles).unwrap(), &Reference::default());
+    let [base, donor] =
+        [base, donor].map(|parent| Figures::of_parent(&parent.movement, made.rate_hz, &Reference::default()));
     judge(&own, &base, &donor, cyclic, &GateSettings::default()).reasons
 }
 

@@ -6,7 +6,7 @@ use motionmill::formats::{ReadOptions, read_bvh};
 use motionmill::motion::UpAxis;
 use motionmill::motion::kinematics::poses;
 use motionmill::motion::role_assign::assign_roles;
-use motionmill::synthesis::judge::{Figures, GateSettings, judge};
+use motionmill::synthesis::judge::{Figures, GateSettings, RangeCounts, Reference, ReferenceCounts, judge};
 use motionmill::synthesis::making::make;
 use motionmill::synthesis::{Action, ActionSettings, GraftSettings, Movement, Part, Recipe, Rule, Subject};
 use std::collections::BTreeMap;
@@ -25,11 +25,16 @@ fn grafts_of_random_captures_pass_about_as_often_as_in_the_study() {
     files.sort();
     let mut by_gait = BTreeMap::<Gait, Vec<Subject>>::new();
     let mut roles_of = None;
-    // Every so-manieth clip of each kind, so that all styles are there.
-    for file in files.iter().step_by(13) {
+    let mut counts = ReferenceCounts::default();
+    // Every so-manieth clip of each kind, so that all styles are there; joint ranges are those of all.
+    for (n, file) in files.iter().enumerate() {
         let motion = read_bvh(&std::fs::read(file).unwrap(), &ReadOptions::default()).unwrap().value;
         let clip = motion.into_clip(30.0, 0.01, UpAxis::Y);
         let (roles, ..) = assign_roles(&clip.skeleton, &names, None);
+        counts.add(&clip.skeleton.layout_id(), RangeCounts::of(&Movement::of_clip(&clip, &roles).unwrap()));
+        if n % 13 > 0 {
+            continue;
+        }
         let labels = annotate(&poses(&clip), &roles, clip.rate_hz, &Settings::default()).clip;
         if labels.gait_confidence.is_some_and(|confidence| confidence >= 0.8) {
             let subject = Subject::new(Arc::new(clip), &roles).unwrap();
@@ -38,6 +43,8 @@ fn grafts_of_random_captures_pass_about_as_often_as_in_the_study() {
         roles_of = Some(roles);
     }
     let roles = roles_of.unwrap();
+    let mut reference = Reference::default();
+    reference.enter(&counts, 0.0);
     let (action, graft, gates) = (ActionSettings::default(), GraftSettings::default(), GateSettings::default());
     for rule in Rule::ALL {
         let (Some(bases), Some(donors)) = (by_gait.get(&rule.base()), by_gait.get(&rule.donor())) else { continue };
@@ -69,8 +76,8 @@ fn grafts_of_random_captures_pass_about_as_often_as_in_the_study() {
             }
             let Ok(grafted) = make(&recipe, base, donor, &action, &graft) else { continue };
             made += 1;
-            let own = Figures::of(&Movement::of_clip(&grafted.clip, &roles).unwrap());
-            let parents = [base, donor].map(|parent| Figures::of(&parent.movement));
+            let own = Figures::of(&Movement::of_clip(&grafted.clip, &roles).unwrap(), &reference);
+            let parents = [base, donor].map(|parent| Figures::of(&parent.movement, &reference));
             let verdict = judge(&own, &parents[0], &parents[1], rule.is_cyclic(), &gates);
             passed += usize::from(verdict.accepted);
             verdict.reasons.into_iter().for_each(|reason| *reasons.entry(reason).or_default() += 1);

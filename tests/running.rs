@@ -14,8 +14,9 @@ use tempfile::TempDir;
 
 /// A child that runs longer hangs.
 pub(crate) const DEADLINE: Duration = Duration::from_secs(120);
-/// Small shards and few recipes: many commits in little time.
-pub(crate) const SMALL: [&str; 4] = ["--set", "shards.text_bytes=200000", "--set", "recipes.select=48"];
+/// Small shards and few recipes: many commits in little time. A reference of what little there is.
+pub(crate) const SMALL: [&str; 6] =
+    ["--set", "shards.text_bytes=200000", "--set", "recipes.select=48", "--set", "judge.min_reference_s=10"];
 
 /// A process of the program, and what it says meanwhile.
 pub(crate) struct Running {

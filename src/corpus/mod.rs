@@ -25,6 +25,7 @@ mod query;
 mod read;
 mod reader;
 mod record;
+mod reference;
 mod replace;
 mod rows;
 mod sealed;
@@ -44,12 +45,13 @@ pub use lock::{RunLock, check_token};
 pub use manifest::{ClipEntry, ClipState, Manifest, SourceEntry, TableDigest};
 pub use open::{OpenCorpus, open_to_read, open_to_run};
 pub use paths::{
-    CARD, CLIPS, COMMITS, EDGES, FAULTS, MADE, MANIFEST, NODES, RECIPES, SEQUENCES, SKELETONS, ShardId, ShardKind,
-    ShardStage, Table, items_file, merges_file,
+    CARD, CLIPS, COMMITS, EDGES, FAULTS, MADE, MANIFEST, NODES, RECIPES, REFERENCE, SEQUENCES, SKELETONS, ShardId,
+    ShardKind, ShardStage, Table, items_file, merges_file,
 };
 pub use query::{LookUpError, look_up};
 pub use read::{Catalog, ShardReader};
 pub use record::{FileRecord, InputFile, ShardRecord, StageKeys, read_record, read_records};
+pub use reference::{read_reference, write_reference};
 pub use replace::Replacement;
 pub use shard::{ClipTables, FinishedShard, ShardSettings, ShardWriter, remove_shard};
 pub use store::{Store, Temporary};

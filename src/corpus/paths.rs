@@ -25,6 +25,8 @@ pub const EDGES: &str = "edges.parquet";
 pub const RECIPES: &str = "recipes.parquet";
 /// The `made` table.
 pub const MADE: &str = "made.parquet";
+/// What the judge holds made clips against, frozen by the first enrichment.
+pub const REFERENCE: &str = "reference.json";
 
 /// A table that is written shard by shard.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
@@ -193,7 +195,7 @@ impl TryFrom<String> for ShardId {
 
 /// Whether a name is one that this program gives to a file of a corpus, so that it may be cleared away.
 pub(super) fn is_ours(name: &str) -> bool {
-    let whole = [MANIFEST, CARD, CLIPS, SKELETONS, FAULTS, NODES, SEQUENCES, EDGES, RECIPES, MADE];
+    let whole = [MANIFEST, CARD, CLIPS, SKELETONS, FAULTS, NODES, SEQUENCES, EDGES, RECIPES, MADE, REFERENCE];
     let tree = |folder: &str| name.strip_prefix(folder).is_some_and(|rest| rest.contains("plant_state="));
     whole.contains(&name) || ShardId::of_file(name).is_some() || tree("items/tree=") || tree("merges/tree=")
 }

@@ -1,4 +1,5 @@
-//! What enrichment makes: portraits of the clips, the size of the product, the chosen recipes as shards. Worker 0 only.
+//! What enrichment makes: portraits of the clips and the judge's reference, the size of the product, the chosen recipes as
+//! shards. Worker 0 only.
 
 use super::mill::MillContext;
 use super::tree::facts;
@@ -6,12 +7,12 @@ use super::work::{ClipJob, ClipOrigin, RecipeJob, ShardJob, Todo};
 use crate::annotate::Gait;
 use crate::corpus::{
     Catalog, ClipRow, CorpusError, FileNotes, Manifest, ShardId, ShardKind, ShardRecord, StageKeys, read_recipes,
-    read_records, remove_shard, write_made, write_recipes,
+    read_records, read_reference, remove_shard, write_made, write_recipes, write_reference,
 };
 use crate::motion::{Clip, RoleMap};
 use crate::plan::keys::digest;
 use crate::plan::{ClipFilter, PlanKeys, shard_key};
-use crate::synthesis::judge::Measure;
+use crate::synthesis::judge::{Measure, RangeCounts, Reference, ReferenceCounts};
 use crate::synthesis::portrait::Portrait;
 use crate::synthesis::{Made, Movement, Recipe, product, selection};
 use rayon::prelude::*;
@@ -45,17 +46,20 @@ pub(crate) fn plan_enrichment(
         .map(|record| format!("{} {} {}", record.shard, record.keys.ingest, record.keys.labels))
         .collect();
     let recipes_key = shard_key(&keys.recipes, &clip_keys);
-    let recipes = if manifest.stages.get(RECIPES_KEY) == Some(&recipes_key) {
+    // A corpus of a version that had no reference has recipes and gets one now.
+    let recipes = if manifest.stages.get(RECIPES_KEY) == Some(&recipes_key) && manifest.reference.is_some() {
         read_recipes(&context.store)?
     } else {
-        choose(filter, no_derivatives, catalog, manifest, context)?
-    };
-    let make_key = shard_key(&keys.judge, &[keys.make.clone(), recipes_key.clone()]);
-    if manifest.stages.get(RECIPES_KEY) != Some(&recipes_key) {
+        let (portraits, counts) = portraits(filter, catalog, context)?;
+        let recipes = choose(no_derivatives, &portraits, manifest, context);
         manifest.forget([RECIPES_KEY], &context.store)?;
+        freeze(&counts, manifest, context)?;
         manifest.note_files([write_recipes(&context.store, &recipes, &FileNotes::new())?]);
-        manifest.stages.insert(RECIPES_KEY.to_owned(), recipes_key);
-    }
+        manifest.stages.insert(RECIPES_KEY.to_owned(), recipes_key.clone());
+        recipes
+    };
+    let reference = manifest.reference.clone().unwrap_or_default();
+    let make_key = shard_key(&keys.judge, &[keys.make.clone(), recipes_key, reference]);
     if manifest.stages.get(MAKE_KEY) != Some(&make_key) {
         manifest.forget([MAKE_KEY], &context.store)?;
         for record in read_records(&context.store)?.iter().filter(|record| record.shard.kind == ShardKind::Made) {
@@ -96,30 +100,46 @@ pub(crate) fn write_made_table(
     Ok(true)
 }
 
+/// Enters the layouts that the reference lacks. What the first enrichment froze stays as it is, so that clips judged
+/// before and after the corpus grew are judged alike.
+fn freeze(counts: &ReferenceCounts, manifest: &mut Manifest, context: &MillContext) -> Result<(), CorpusError> {
+    let mut reference = match manifest.reference {
+        Some(_) => read_reference(&context.store)?,
+        None => Reference::default(),
+    };
+    reference.enter(counts, context.settings.gates.min_reference_s);
+    let file = write_reference(&context.store, &reference)?;
+    manifest.reference = Some(file.blake3.clone());
+    manifest.note_files([file]);
+    Ok(())
+}
+
 fn choose(
-    filter: &ClipFilter,
     no_derivatives: &BTreeSet<String>,
-    catalog: &Catalog,
+    portraits: &[Portrait],
     manifest: &mut Manifest,
     context: &MillContext,
-) -> Result<Vec<Recipe>, CorpusError> {
+) -> Vec<Recipe> {
     let settings = &context.settings;
-    let portraits = portraits(filter, catalog, context)?;
     manifest.products.clear();
-    for (rule, size) in product::count(&portraits, &settings.graft.correlation) {
+    for (rule, size) in product::count(portraits, &settings.graft.correlation) {
         manifest.set_product(rule.name(), size);
     }
     let may_give: Vec<bool> = portraits
         .iter()
         .map(|portrait| portrait.name.split('/').next().is_none_or(|source| !no_derivatives.contains(source)))
         .collect();
-    Ok(selection::select(&portraits, &may_give, &settings.selection, &settings.graft.correlation))
+    selection::select(portraits, &may_give, &settings.selection, &settings.graft.correlation)
 }
 
-/// Portraits of all captured clips of one of the four gaits, by (source, name).
-fn portraits(filter: &ClipFilter, catalog: &Catalog, context: &MillContext) -> Result<Vec<Portrait>, CorpusError> {
+/// Portraits of all captured clips of one of the four gaits, by (source, name), and how their joints turn.
+fn portraits(
+    filter: &ClipFilter,
+    catalog: &Catalog,
+    context: &MillContext,
+) -> Result<(Vec<Portrait>, ReferenceCounts), CorpusError> {
     let settings = &context.settings;
-    let mut portraits = Vec::new();
+    let (mut portraits, mut counts) = (Vec::new(), ReferenceCounts::default());
     for reader in catalog.shards().filter(|reader| reader.record().shard.kind == ShardKind::Captured) {
         let rows: BTreeMap<u32, &ClipRow> = reader
             .record()
@@ -146,20 +166,25 @@ fn portraits(filter: &ClipFilter, catalog: &Catalog, context: &MillContext) -> R
                 clips.push((row, clip, skeleton.roles.clone()));
             }
         }
-        let drawn: Vec<Option<Portrait>> = clips
+        let drawn: Vec<Option<(Portrait, RangeCounts)>> = clips
             .par_iter()
             .map(|(row, clip, roles)| {
                 // A body without arms or chest has no part in grafts.
                 let movement = Movement::of_clip(clip, roles).ok()?;
                 let gait = row.labels.gait_class?;
                 let told = (&settings.action, &settings.graft.correlation);
-                Some(Portrait::of(row.full_name(), row.layout.clone(), gait, &movement, settings.graft.seam_s, told))
+                let (name, layout, seam_s) = (row.full_name(), row.layout.clone(), settings.graft.seam_s);
+                let portrait = Portrait::of(name, layout, gait, &movement, seam_s, told);
+                Some((portrait, RangeCounts::of(&movement)))
             })
             .collect();
-        portraits.extend(drawn.into_iter().flatten());
+        for (portrait, turned) in drawn.into_iter().flatten() {
+            counts.add(&portrait.layout, turned);
+            portraits.push(portrait);
+        }
     }
     portraits.sort_by(|a, b| a.name.cmp(&b.name));
-    Ok(portraits)
+    Ok((portraits, counts))
 }
 
 fn is_candidate(row: &ClipRow, filter: &ClipFilter) -> bool {

@@ -4,7 +4,7 @@ use super::settings::RunSettings;
 use super::work::{ClipOrigin, Out, Outcome, RecipeJob, Work};
 use crate::corpus::{Catalog, CorpusError};
 use crate::motion::{Notice, Severity};
-use crate::synthesis::judge::{Figures, Verdict, figure_rows, judge};
+use crate::synthesis::judge::{Figures, Reference, Verdict, figure_rows, judge};
 use crate::synthesis::making::make;
 use crate::synthesis::{GraftedClip, Made, Movement, Rule, Subject};
 use std::collections::{BTreeMap, VecDeque};
@@ -27,14 +27,15 @@ struct Parent {
 pub(super) struct Maker {
     catalog: Option<Catalog>,
     settings: Arc<RunSettings>,
+    reference: Arc<Reference>,
     parents: VecDeque<Rc<Parent>>,
     /// Made and not yet judged, by clip_id: two clips may be on their way.
     unjudged: BTreeMap<u32, (Rc<Parent>, Rc<Parent>, GraftedClip)>,
 }
 
 impl Maker {
-    pub(super) fn new(catalog: Option<Catalog>, settings: Arc<RunSettings>) -> Maker {
-        Maker { catalog, settings, parents: VecDeque::new(), unjudged: BTreeMap::new() }
+    pub(super) fn new(catalog: Option<Catalog>, settings: Arc<RunSettings>, reference: Arc<Reference>) -> Maker {
+        Maker { catalog, settings, reference, parents: VecDeque::new(), unjudged: BTreeMap::new() }
     }
 
     /// Makes the clip of a recipe; clips from files pass.
@@ -63,10 +64,10 @@ impl Maker {
             if parent.subject.movement.rate_hz == rate_hz {
                 parent.figures.clone()
             } else {
-                Figures::of_parent(&parent.subject.movement, rate_hz)
+                Figures::of_parent(&parent.subject.movement, rate_hz, &self.reference)
             }
         };
-        let (own, of_base, of_donor) = (Figures::of(&own), at_rate(&base), at_rate(&donor));
+        let (own, of_base, of_donor) = (Figures::of(&own, &self.reference), at_rate(&base), at_rate(&donor));
         let cyclic = Rule::from_name(&job.recipe.rule).is_some_and(Rule::is_cyclic);
         let Verdict { accepted, reasons, .. } = judge(&own, &of_base, &of_donor, cyclic, &self.settings.gates);
         let range = |range: [usize; 2]| Some(range.map(|frame| frame as u32));
@@ -109,7 +110,7 @@ impl Maker {
         };
         let (clip, roles, header) = read().map_err(|error| unusable(clip_id, &error.to_string()))?;
         let subject = Subject::new(Arc::new(clip), &roles).map_err(|unfit| unusable(clip_id, &unfit.to_string()))?;
-        let figures = Figures::of(&subject.movement);
+        let figures = Figures::of(&subject.movement, &self.reference);
         Ok(Parent { clip_id, subject, header, roles, figures })
     }
 }

@@ -19,6 +19,7 @@ use super::shard_writer::{Landed, Landing, write_shards};
 use super::tickets::open_desk;
 use super::work::{ShardJob, Work};
 use crate::corpus::{Catalog, ClipRow, Store};
+use crate::synthesis::judge::Reference;
 use std::cell::RefCell;
 use std::collections::BTreeMap;
 use std::rc::Rc;
@@ -40,6 +41,8 @@ pub(crate) struct MillContext {
     pub(crate) gauges: Arc<Gauges>,
     /// The corpus as it was before this dataflow, where stored clips are read.
     pub(crate) catalog: Option<Catalog>,
+    /// What made clips are judged by; empty where none are made.
+    pub(crate) reference: Arc<Reference>,
 }
 
 /// Mills shards until none is left. Worker 0 gives the shards; it gets the sums of what landed, everywhere.
@@ -72,7 +75,8 @@ pub(crate) fn mill(worker: &mut Worker, shards: Vec<ShardJob>, context: &MillCon
         let told = settings();
         let (clips, parse_faults) =
             per_clip(clips, Station::Parse, gauges(), move |work| clip_stages::parse(work, &told, catalog.as_ref()));
-        let maker = Rc::new(RefCell::new(Maker::new(context.catalog.clone(), settings())));
+        let maker = Maker::new(context.catalog.clone(), settings(), Arc::clone(&context.reference));
+        let maker = Rc::new(RefCell::new(maker));
         let judge = Rc::clone(&maker);
         let (clips, make_faults) = per_clip(clips, Station::Make, gauges(), move |work| maker.borrow_mut().make(work));
         let (clips, judge_faults) =

@@ -17,13 +17,14 @@ use super::tree::{TREE, TreePlan, grow_trees, plan_trees, state_key};
 use super::work::ShardJob;
 use crate::annotate::PlantState;
 use crate::corpus::{
-    Catalog, CorpusError, EDGES, FileNotes, Folded, MADE, Manifest, NODES, RECIPES, SEQUENCES, SourceTerms, Store,
-    check_token, items_file, merges_file, open_to_run, read_records, write_card,
+    Catalog, CorpusError, EDGES, FileNotes, Folded, MADE, Manifest, NODES, RECIPES, REFERENCE, SEQUENCES, SourceTerms,
+    Store, check_token, items_file, merges_file, open_to_run, read_records, read_reference, write_card,
 };
 use crate::inputs::InputError;
 use crate::plan::keys::digest;
 use crate::plan::{Plan, Stage};
 use crate::synthesis::Recipe;
+use crate::synthesis::judge::Reference;
 use serde_json::json;
 use std::cell::RefCell;
 use std::collections::BTreeSet;
@@ -259,6 +260,7 @@ fn work(worker: &mut Worker, context: &Context) -> Result<RunReport, RunError> {
         flag: Arc::clone(&context.flag),
         gauges: Arc::clone(&context.gauges),
         catalog: context.stored_clips(),
+        reference: Arc::default(),
     };
     go_on(worker, context)?;
     let start = Instant::now();
@@ -299,6 +301,8 @@ fn work(worker: &mut Worker, context: &Context) -> Result<RunReport, RunError> {
             (recipes, shards) = planned;
         }
         go_on(worker, context)?;
+        mill_context.reference = Arc::new(context.reference());
+        go_on(worker, context)?;
         context.begin(worker, "enrich", &shards);
         let landed = mill(worker, shards, &mill_context);
         if lead.is_some() {
@@ -333,6 +337,12 @@ impl Context {
     fn stored_clips(&self) -> Option<Catalog> {
         let store = self.request.from.as_ref().map_or_else(|| self.store.clone(), Store::new);
         self.attempt(Catalog::open(&store).map_err(RunError::from))
+    }
+
+    /// What made clips are judged by; worker 0 has seen to it. Where it can't be read the run is to end.
+    fn reference(&self) -> Reference {
+        let read = self.attempt(read_reference(&self.store).map_err(RunError::from));
+        read.unwrap_or_default().lasting(self.settings.gates.min_reference_s)
     }
 
     /// Starts the gauges of a dataflow, once a process.
@@ -411,16 +421,24 @@ pub(super) fn noted_plan(manifest: &Manifest) -> Option<Plan> {
 fn forget_lost(manifest: &mut Manifest, store: &Store) {
     let lost: Vec<String> = manifest.changed_tables(store);
     for file in lost {
+        // Of a grown corpus it can't be made as it was: where it is damaged, the user decides.
+        if file == REFERENCE && store.is_there(REFERENCE) {
+            continue;
+        }
         let state = PlantState::ALL
             .into_iter()
             .find(|&state| [items_file(TREE, state), merges_file(TREE, state)].contains(&file));
         let stage = match (state, file.as_str()) {
             (Some(state), _) => state_key(state),
             (None, NODES | SEQUENCES | EDGES) => GRAPH_KEY.to_owned(),
-            (None, RECIPES) => RECIPES_KEY.to_owned(),
+            // Drawn in one pass with what recipes are chosen by.
+            (None, RECIPES | REFERENCE) => RECIPES_KEY.to_owned(),
             (None, MADE) => MADE_KEY.to_owned(),
             (None, _) => FOLD_KEY.to_owned(),
         };
+        if file == REFERENCE {
+            manifest.reference = None;
+        }
         manifest.tables.remove(&file);
         manifest.stages.remove(&stage);
     }

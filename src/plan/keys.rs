@@ -36,7 +36,7 @@ mod version {
     pub(super) const GRAPH: u32 = 1;
     pub(super) const RECIPES: u32 = 1;
     pub(super) const MAKE: u32 = 1;
-    pub(super) const JUDGE: u32 = 1;
+    pub(super) const JUDGE: u32 = 2;
 }
 
 impl PlanKeys {

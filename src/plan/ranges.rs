@@ -97,6 +97,7 @@ pub(crate) const RANGES: &[Range] = &[
     from("judge.max_plant_drift_excess_m", 0.0, 1e6, EXCESS),
     from("judge.max_penetration_excess_m", 0.0, 1e6, EXCESS),
     from("judge.max_limit_excess_rad", 0.0, 1e6, EXCESS),
+    from("judge.min_reference_s", 0.0, 1e6, "it is a time"),
     from("judge.max_self_collision_excess_m", 0.0, 1e6, EXCESS),
     from("judge.max_zmp_distance_excess_m", 0.0, 1e6, EXCESS),
     from("judge.max_arm_novelty", 0.0, 1e6, "it is a distance"),

@@ -5,6 +5,7 @@ use super::super::subject::Movement;
 use super::arm_leg::arm_leg;
 use super::collision::self_collision;
 use super::contacts::{contacts, runs};
+use super::reference::Reference;
 use crate::motion::rotation::rotation_vector;
 use glam::DVec3;
 use serde::{Deserialize, Serialize};
@@ -25,7 +26,7 @@ pub enum Measure {
     PlantDrift,
     /// Depth of a toe joint below 2 cm (scaled with the leg), m.
     Penetration,
-    /// Worst angle outside the corpus' joint ranges, rad. Not computed: it needs a frozen reference.
+    /// Worst angle outside the joint ranges of the captures, rad.
     LimitExcess,
     /// Deepest overlap of the body's capsules, m.
     SelfCollision,
@@ -95,8 +96,8 @@ impl Measure {
 }
 
 impl Figures {
-    /// Measures a clip at its rate.
-    pub fn of(movement: &Movement) -> Figures {
+    /// Measures a clip at its rate; joint ranges are those of the reference.
+    pub fn of(movement: &Movement, reference: &Reference) -> Figures {
         let planted = contacts(movement);
         let arm_leg = arm_leg(movement);
         let mut figures = Figures::default();
@@ -108,10 +109,11 @@ impl Figures {
                 Measure::Skate => Some(skate(movement, &planted)),
                 Measure::PlantDrift => Some(plant_drift(movement, &planted)),
                 Measure::Penetration => Some(penetration(movement)),
+                Measure::LimitExcess => reference.limit_excess(movement),
                 Measure::SelfCollision => Some(self_collision(movement)),
                 Measure::ArmLegRelation => arm_leg.map(|found| found.relation),
                 Measure::ArmLegLock => arm_leg.map(|found| found.lock),
-                Measure::LimitExcess | Measure::ZmpDistance | Measure::ArmNovelty | Measure::PoseNovelty => None,
+                Measure::ZmpDistance | Measure::ArmNovelty | Measure::PoseNovelty => None,
             };
         }
         figures
@@ -119,11 +121,12 @@ impl Figures {
 
     /// Measures a parent at its child's rate. Nothing is measured where the rates lie too far apart to resample; such a
     /// pair is never grafted ([`Refusal::RatesTooFarApart`](super::super::Refusal::RatesTooFarApart)).
-    pub fn of_parent(parent: &Movement, rate_hz: f64) -> Figures {
+    pub fn of_parent(parent: &Movement, rate_hz: f64, reference: &Reference) -> Figures {
         if parent.rate_hz == rate_hz {
-            return Figures::of(parent);
+            return Figures::of(parent, reference);
         }
-        parent.resampled(rate_hz).as_ref().map_or_else(Figures::default, Figures::of)
+        let resampled = parent.resampled(rate_hz);
+        resampled.map_or_else(Figures::default, |resampled| Figures::of(&resampled, reference))
     }
 
     /// One figure.
@@ -211,10 +214,15 @@ fn penetration(movement: &Movement) -> f64 {
 #[cfg(test)]
 mod tests {
     #![expect(clippy::unwrap_used, reason = "tests")]
+    use super::super::super::subject::Subject;
     use super::super::super::walker::{mover, walker, waver};
     use super::*;
     use crate::motion::Role;
     use core::f64::consts::TAU;
+
+    fn of(subject: &Subject) -> Figures {
+        Figures::of(&subject.movement, &Reference::default())
+    }
 
     #[test]
     fn names_and_order_are_those_of_the_table() {
@@ -225,7 +233,7 @@ mod tests {
     #[test]
     fn a_swing_has_the_acceleration_of_its_sine() {
         // 25 degrees at 1 Hz: amplitude times (2 pi)^2, less what a difference over frames loses.
-        let figures = Figures::of(&walker(120.0, 480, 1.0).movement);
+        let figures = of(&walker(120.0, 480, 1.0));
         let expected = 25.0_f64.to_radians() * TAU * TAU;
         let legs = figures.get(Measure::LegAngularAcceleration).unwrap();
         assert!((legs / expected - 1.0).abs() < 0.01, "{legs} {expected}");
@@ -236,14 +244,14 @@ mod tests {
     #[test]
     fn a_slide_is_skate_and_drift_and_a_sunken_foot_penetrates() {
         let slider = mover(30.0, 61, 1.0, 0.25, &|_, _| Vec::new());
-        let figures = Figures::of(&slider.movement);
+        let figures = of(&slider);
         assert!((figures.get(Measure::Skate).unwrap() - 0.25).abs() < 1e-6);
         // The middle 60% of 61 frames is 37 frames, 36 steps.
         assert!((figures.get(Measure::PlantDrift).unwrap() - 0.25 * 36.0 / 30.0).abs() < 1e-6);
         // Legs of 0.88 m below hips at 0.90 m: toes 2 cm up; the rule asks for 2 cm times 0.82 / 0.800665.
         let sunk = figures.get(Measure::Penetration).unwrap();
         assert!((sunk - 0.02 * (slider.movement.leg_length_m() / STUDY_LEG_M - 1.0)).abs() < 1e-6, "{sunk}");
-        let stander = Figures::of(&waver(30.0, 60).movement);
+        let stander = of(&waver(30.0, 60));
         assert!(stander.get(Measure::Skate).unwrap() < 1e-9);
     }
 
@@ -252,15 +260,15 @@ mod tests {
         let jolt = mover(30.0, 60, 1.0, 0.0, &|time_s, _| {
             vec![(Role::ShoulderLeft, [if time_s > 1.0 { 20.0 } else { 0.0 }, 0.0, 0.0])]
         });
-        let jolted = Figures::of(&jolt.movement).get(Measure::WristJerk).unwrap();
-        let smooth = Figures::of(&waver(30.0, 60).movement).get(Measure::WristJerk).unwrap();
+        let jolted = of(&jolt).get(Measure::WristJerk).unwrap();
+        let smooth = of(&waver(30.0, 60)).get(Measure::WristJerk).unwrap();
         assert!(jolted > 50.0 * smooth, "{jolted} {smooth}");
     }
 
     #[test]
     fn a_parent_at_another_rate_is_brought_to_its_childs() {
         let (fast, slow) = (walker(120.0, 481, 1.0), walker(30.0, 121, 1.0));
-        let (fast, slow) = (Figures::of_parent(&fast.movement, 30.0), Figures::of(&slow.movement));
+        let (fast, slow) = (Figures::of_parent(&fast.movement, 30.0, &Reference::default()), of(&slow));
         for measure in Measure::ALL {
             let (a, b) = (fast.get(measure), slow.get(measure));
             // Channels are rounded to f32: a third difference at 30 Hz multiplies that by 1e5.

@@ -23,6 +23,9 @@ pub struct GateSettings {
     pub max_penetration_excess_m: f64,
     /// Joint ranges, above the parents'.
     pub max_limit_excess_rad: f64,
+    /// Joint ranges of a layout are taken from this much of captures at least; less tells what is rare from what is wrong
+    /// too badly: of captures that a reference lacks it refuses 2 in 3 if it lasts 1 minute, 1 in 10 if it lasts 9.
+    pub min_reference_s: f64,
     /// Self-collision above the parents'.
     pub max_self_collision_excess_m: f64,
     /// Distance of the zero moment point above the parents'.
@@ -58,6 +61,7 @@ impl Default for GateSettings {
             max_plant_drift_excess_m: 0.008,
             max_penetration_excess_m: 0.02,
             max_limit_excess_rad: 0.037,
+            min_reference_s: 600.0,
             max_self_collision_excess_m: 0.034,
             max_zmp_distance_excess_m: 0.063,
             max_arm_novelty: 0.31,

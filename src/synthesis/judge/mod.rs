@@ -6,8 +6,13 @@
 pub mod arm_leg;
 pub mod collision;
 pub mod contacts;
+pub mod directions;
 pub mod figures;
 pub mod gates;
+pub mod joint_ranges;
+pub mod reference;
 
 pub use figures::{Figures, Measure};
 pub use gates::{GateSettings, Verdict, figure_rows, judge};
+pub use joint_ranges::{JointRange, RangeCounts, limit_excess};
+pub use reference::{Reference, ReferenceCounts};
