@@ -172,7 +172,7 @@ fn portraits(
                 // A body without arms or chest has no part in grafts.
                 let movement = Movement::of_clip(clip, roles).ok()?;
                 let gait = row.labels.gait_class?;
-                let told = (&settings.action, &settings.graft.correlation);
+                let told = (&settings.action, &settings.graft.correlation, &settings.gates);
                 let (name, layout, seam_s) = (row.full_name(), row.layout.clone(), settings.graft.seam_s);
                 let portrait = Portrait::of(name, layout, gait, &movement, seam_s, told);
                 Some((portrait, RangeCounts::of(&movement)))

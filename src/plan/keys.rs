@@ -34,7 +34,7 @@ mod version {
     pub(super) const TREE: u32 = 1;
     pub(super) const NEIGHBORS: u32 = 1;
     pub(super) const GRAPH: u32 = 1;
-    pub(super) const RECIPES: u32 = 1;
+    pub(super) const RECIPES: u32 = 2;
     pub(super) const MAKE: u32 = 1;
     pub(super) const JUDGE: u32 = 2;
 }
@@ -66,7 +66,9 @@ impl PlanKeys {
         let labels = key("labels", version::LABELS, &json!([motion, contacts]));
         let tree = key("tree", version::TREE, &json!([features, labels, cluster, filter(Stage::Tree)]));
         let partners = json!([features, labels, cluster, neighbors, filter(Stage::Neighbors)]);
-        let selection = json!([motion, labels, recipes, action, graft.correlation, filter(Stage::Recipes)]);
+        // Donors whose own arms a gate would refuse are not chosen.
+        let beat = [judge.arm_leg_relation_cycles, judge.max_arm_leg_relation_error_cycles, judge.min_arm_leg_lock];
+        let selection = json!([motion, labels, recipes, action, graft.correlation, beat, filter(Stage::Recipes)]);
         let recipes = key("recipes", version::RECIPES, &selection);
         let made = json!([recipes, features, graft, tables.provenance]);
         let make = key("make", version::MAKE, &made);

@@ -3,6 +3,8 @@
 use super::action::{Action, ActionSettings};
 use super::correlation::{AnklePass, CorrelationSettings, Footwork};
 use super::heading::forward;
+use super::judge::GateSettings;
+use super::judge::arm_leg::arm_leg;
 use super::parts::Part;
 use super::subject::Movement;
 use crate::annotate::Gait;
@@ -30,6 +32,9 @@ pub struct Portrait {
     pub n_frames: usize,
     /// When the ankles pass each other.
     pub passes: Vec<AnklePass>,
+    /// Whether its arms keep time with its legs, by the judge's gates; true where that can't be told. Arms of another beat
+    /// would be refused on any base.
+    pub in_step: bool,
     /// Arms that do something: left, right.
     pub active: [bool; 2],
     /// How long the action lasts with its seams, seconds; 0 where no arm is active.
@@ -48,7 +53,7 @@ impl Portrait {
         gait: Gait,
         movement: &Movement,
         seam_s: f64,
-        settings: (&ActionSettings, &CorrelationSettings),
+        settings: (&ActionSettings, &CorrelationSettings, &GateSettings),
     ) -> Portrait {
         let action = Action::of(movement, settings.0);
         let [first, end] = action.frames_with_seams(seam_s, movement.rate_hz, movement.n_frames());
@@ -61,6 +66,7 @@ impl Portrait {
             rate_hz: movement.rate_hz,
             n_frames: movement.n_frames(),
             passes: Footwork::of(movement, settings.1).passes,
+            in_step: arm_leg(movement).is_none_or(|found| settings.2.is_in_step(&found)),
             active: action.active,
             action_s,
             arms: arms(movement, &forward),
@@ -124,4 +130,33 @@ fn moments(path: &[DVec3], rate_hz: f64) -> [f64; 7] {
     let steps = path.windows(2).map(|two| two[1].distance(two[0])).sum::<f64>();
     let speed = SPEED_WEIGHT_S * steps * rate_hz / (path.len().max(2) - 1) as f64;
     [mean.x, mean.y, mean.z, spread.x, spread.y, spread.z, speed]
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::walker::mover;
+    use super::*;
+    use crate::motion::Role;
+    use core::f64::consts::TAU;
+
+    fn limbs(leg: f64, arm: f64) -> Vec<(Role, [f64; 3])> {
+        let [leg, arm] = [leg, arm].map(|phase| 25.0 * libm::sin(TAU * phase));
+        vec![
+            (Role::ThighLeft, [0.0, -leg, 0.0]),
+            (Role::ThighRight, [0.0, leg, 0.0]),
+            (Role::ShoulderLeft, [0.0, arm, 0.0]),
+            (Role::ShoulderRight, [0.0, -arm, 0.0]),
+        ]
+    }
+
+    #[test]
+    fn arms_of_another_beat_are_noticed() {
+        let on_time = mover(30.0, 200, 1.0, 1.2, &|_, phase| limbs(phase, phase + 0.06));
+        let late = mover(30.0, 200, 1.0, 1.2, &|_, phase| limbs(phase, phase + 0.3));
+        let in_step = [on_time, late].map(|walker| {
+            let told = (&ActionSettings::default(), &CorrelationSettings::default(), &GateSettings::default());
+            Portrait::of("s/walk".to_owned(), "L".to_owned(), Gait::Walk, &walker.movement, 0.5, told).in_step
+        });
+        assert_eq!(in_step, [true, false]);
+    }
 }

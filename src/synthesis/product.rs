@@ -91,6 +91,7 @@ mod tests {
             rate_hz: 30.0,
             n_frames: 100,
             passes: (0..n_passes).map(|k| AnklePass { frame: 10.0 * k as f64, ahead: foot(k) }).collect(),
+            in_step: true,
             active: [true, false],
             action_s: 1.0,
             arms: [0.0; ARM_NUMBERS],

@@ -207,14 +207,16 @@ fn diagonal(n: usize, rows: usize, columns: usize) -> (usize, usize) {
     (0, 0)
 }
 
-/// What can be known without making the clip: lengths, passes, arms in each other's way.
+/// What can be known without making the clip: lengths, passes, arms that keep no time or are in each other's way.
 fn could_work(base: &Portrait, donor: &Portrait, correlation: &CorrelationSettings) -> bool {
     if base.name == donor.name {
         return false;
     }
     match donor.gait {
         Gait::Walk | Gait::Run => {
-            is_playable((&base.passes, base.rate_hz), (&donor.passes, donor.rate_hz), correlation)
+            base.in_step
+                && donor.in_step
+                && is_playable((&base.passes, base.rate_hz), (&donor.passes, donor.rate_hz), correlation)
         }
         _ => {
             let clash = base.gait == Gait::Stand && (0..2).any(|side| base.active[side] && donor.active[side]);
@@ -244,7 +246,32 @@ fn recipe(base: &Portrait, donor: &Portrait, rule: Rule, cell: &str, seed: u64) 
 
 #[cfg(test)]
 mod tests {
+    use super::super::correlation::AnklePass;
+    use super::super::portrait::{ARM_NUMBERS, LEG_NUMBERS};
     use super::*;
+    use crate::annotate::Foot;
+
+    #[test]
+    fn clips_whose_arms_keep_no_time_are_not_paired() {
+        let walk = |name: &str, in_step: bool| Portrait {
+            name: name.to_owned(),
+            layout: "L".to_owned(),
+            gait: Gait::Walk,
+            rate_hz: 30.0,
+            n_frames: 100,
+            passes: (0..8)
+                .map(|k| AnklePass { frame: 12.0 * k as f64, ahead: [Foot::Left, Foot::Right][k % 2] })
+                .collect(),
+            in_step,
+            active: [true; 2],
+            action_s: 1.0,
+            arms: [0.0; ARM_NUMBERS],
+            legs: [0.0; LEG_NUMBERS],
+        };
+        let pairs = |a: bool, b: bool| could_work(&walk("a", a), &walk("b", b), &CorrelationSettings::default());
+        assert!(pairs(true, true));
+        assert!(!pairs(true, false) && !pairs(false, true));
+    }
 
     #[test]
     fn diagonals_visit_every_pair_once() {

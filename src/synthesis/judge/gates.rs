@@ -1,6 +1,7 @@
 //! The gates: a made clip passes if no figure is much worse than the worse of its parents' (GRAFTS 5).
 
 use super::super::tables::Figure;
+use super::arm_leg::ArmLeg;
 use super::figures::{Figures, Measure};
 use serde::{Deserialize, Serialize};
 
@@ -72,6 +73,23 @@ impl Default for GateSettings {
     }
 }
 
+impl GateSettings {
+    /// Whether arms swing when those of captured gaits do.
+    fn is_on_time(&self, relation: f64) -> bool {
+        let away = (relation - self.arm_leg_relation_cycles + 0.5).rem_euclid(1.0) - 0.5;
+        away.abs() <= self.max_arm_leg_relation_error_cycles
+    }
+
+    fn is_locked(&self, lock: f64) -> bool {
+        lock >= self.min_arm_leg_lock
+    }
+
+    /// Whether a clip's arms keep time with its legs as those of captured gaits do.
+    pub fn is_in_step(&self, clip: &ArmLeg) -> bool {
+        self.is_on_time(clip.relation) && self.is_locked(clip.lock)
+    }
+}
+
 /// Holds a made clip against its parents, all measured at one rate.
 ///
 /// `cyclic`: the donor steps and so does the base, so that arms have to keep time with the legs; elsewhere their
@@ -96,11 +114,8 @@ pub fn judge(own: &Figures, base: &Figures, donor: &Figures, cyclic: bool, setti
             Measure::SelfCollision => plus(settings.max_self_collision_excess_m),
             Measure::ZmpDistance => plus(settings.max_zmp_distance_excess_m),
             Measure::ArmNovelty => Some(value <= settings.max_arm_novelty),
-            Measure::ArmLegRelation if cyclic => {
-                let away = (value - settings.arm_leg_relation_cycles + 0.5).rem_euclid(1.0) - 0.5;
-                Some(away.abs() <= settings.max_arm_leg_relation_error_cycles)
-            }
-            Measure::ArmLegLock if cyclic => Some(value >= settings.min_arm_leg_lock),
+            Measure::ArmLegRelation if cyclic => Some(settings.is_on_time(value)),
+            Measure::ArmLegLock if cyclic => Some(settings.is_locked(value)),
             // A score: distance in a joint space of arms and legs condemns the pairs that nobody performed.
             Measure::ArmLegRelation | Measure::ArmLegLock | Measure::PoseNovelty => None,
         }
