@@ -332,3 +332,30 @@ fn another_folder_of_the_same_name_is_noticed() {
     let ended = run("annotate", &[&input], &out, &[]).with(0);
     assert!(ended.err.contains("warning: source `b`: none of its clips is as it was"), "{}", ended.err);
 }
+
+/// One skeleton, since ends don't count in its id; and yet two clips whose heads end elsewhere.
+#[test]
+fn a_clip_that_is_taken_from_the_corpus_keeps_its_own_ends() {
+    let folder = tempfile::tempdir().unwrap();
+    let (input, out) = (folder.path().join("a"), folder.path().join("corpus"));
+    synth(&folder.path().join("made"), 1, 5, "bvh");
+    let made = files_below(&folder.path().join("made"));
+    let clip = made.into_iter().find(|path| path.extension().is_some_and(|e| e == "bvh")).unwrap();
+    let text = fs::read_to_string(&clip).unwrap();
+    let (before, after) = text.split_once("End Site").unwrap();
+    let line = after.lines().find(|line| line.trim_start().starts_with("OFFSET")).unwrap();
+    fs::create_dir(&input).unwrap();
+    fs::write(input.join("first.bvh"), &text).unwrap();
+    let longer = format!("{before}End Site{}", after.replacen(line, "OFFSET 1 2 3", 1));
+    fs::write(input.join("second.bvh"), longer).unwrap();
+    run("annotate", &[&input], &out, &[]).with(0);
+    let catalog = Catalog::open(&Store::new(&out)).unwrap();
+    let ids: Vec<(u32, String)> = catalog.clips().map(|row| (row.clip_id, row.skeleton.clone())).collect();
+    assert_eq!((ids.len(), &ids[0].1), (2, &ids[1].1));
+    let bodies = ids.iter().map(|(id, _)| catalog.shard_of(*id).unwrap().skeleton(*id).unwrap().body.clone());
+    let bodies: Vec<_> = bodies.collect();
+    assert_ne!(bodies[0], bodies[1]);
+    let whole = digests(&out);
+    Running::start(&["compact", out.to_str().unwrap()]).end().with(0);
+    same(&whole, &digests(&out), "compacted");
+}

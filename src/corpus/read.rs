@@ -105,14 +105,14 @@ impl<'a> ShardReader<'a> {
         row.ok_or_else(|| CorpusError::NotThere { what: format!("clip {clip_id} in {}", self.record.shard) })
     }
 
-    /// The skeleton of a clip.
+    /// The skeleton of a clip, with its own offsets and ends.
     ///
     /// # Errors
     /// [`CorpusError::NotThere`].
     pub fn skeleton(&self, clip_id: u32) -> Result<&'a SkeletonRow, CorpusError> {
-        let skeleton = &self.row(clip_id)?.skeleton;
-        let row = self.record.skeleton(skeleton);
-        row.ok_or_else(|| CorpusError::NotThere { what: format!("skeleton {skeleton}") })
+        let clip = self.row(clip_id)?;
+        let row = self.record.skeleton_of(clip);
+        row.ok_or_else(|| CorpusError::NotThere { what: format!("skeleton {}", clip.skeleton) })
     }
 
     /// A clip's channels, `[frame][channel]`, file units, as they were written.

@@ -8,6 +8,7 @@ use super::tables::{ClipRow, FaultRow, SkeletonRow};
 use super::writer::FORMAT_VERSION;
 use crate::synthesis::Made;
 use serde::{Deserialize, Serialize};
+use std::collections::BTreeMap;
 use std::path::Path;
 
 /// A file of a corpus, as it was written.
@@ -69,8 +70,12 @@ pub struct ShardRecord {
     pub files: Vec<FileRecord>,
     /// Rows of `clips`, by clip_id; quarantined clips have none.
     pub clips: Vec<ClipRow>,
-    /// Skeletons of its clips, by id.
+    /// Skeletons of its clips, by id, then by the clip that each was taken from: offsets that frames replace, and ends, may
+    /// differ within one id.
     pub skeletons: Vec<SkeletonRow>,
+    /// Clips whose body is not the first row of their skeleton, by clip_id: the `first_clip` of the row that it is.
+    #[serde(default)]
+    pub bodies: BTreeMap<u32, [String; 2]>,
     /// Rows of `faults`, in the order of the clips.
     pub faults: Vec<FaultRow>,
     /// Rows of `made`, in the order of the recipes; rejected ones too.
@@ -110,6 +115,7 @@ impl ShardRecord {
             files: Vec::new(),
             clips: Vec::new(),
             skeletons: Vec::new(),
+            bodies: BTreeMap::new(),
             faults: Vec::new(),
             made: Vec::new(),
         }
@@ -140,7 +146,17 @@ impl ShardRecord {
         self.clips.iter().find(|row| row.clip_id == clip_id)
     }
 
-    /// The skeleton of that id.
+    /// The skeleton of a clip, as the clip had it.
+    pub fn skeleton_of(&self, clip: &ClipRow) -> Option<&SkeletonRow> {
+        match self.bodies.get(&clip.clip_id) {
+            Some(first) => {
+                self.skeletons.iter().find(|row| row.first_clip == *first && row.skeleton_id == clip.skeleton)
+            }
+            None => self.skeleton(&clip.skeleton),
+        }
+    }
+
+    /// The first skeleton of that id.
     pub fn skeleton(&self, skeleton: &str) -> Option<&SkeletonRow> {
         self.skeletons.iter().find(|row| row.skeleton_id == skeleton)
     }
@@ -151,7 +167,7 @@ impl ShardRecord {
             return Err("clips out of order".to_owned());
         }
         for clip in &self.clips {
-            match self.skeleton(&clip.skeleton) {
+            match self.skeleton_of(clip) {
                 None => return Err(format!("clip {} without its skeleton {}", clip.clip_id, clip.skeleton)),
                 Some(row) if row.body.layout_id() != clip.layout => {
                     return Err(format!("clip {} is of layout {}, its skeleton is not", clip.clip_id, clip.layout));

@@ -291,21 +291,28 @@ impl OpenShard {
         }
     }
 
-    /// The id of the clip's skeleton, whose row is added if it is the first of it in the shard.
+    /// The id of the clip's skeleton, whose row is added if it is the first of that body in the shard.
     fn skeleton_of(&mut self, work: &Work) -> String {
         let clip = work.clip();
         let lengths = median_bone_lengths_mm(clip, work.poses(), &work.roles);
         let id = clip.skeleton.skeleton_id(&lengths);
-        if !self.record.skeletons.iter().any(|row| row.skeleton_id == id) {
-            let job = work.job();
-            self.record.skeletons.push(SkeletonRow {
-                skeleton_id: id.clone(),
-                first_clip: [job.source.clone(), job.name.clone()],
-                body: (*clip.skeleton).clone(),
-                roles: work.roles.clone(),
-                header: work.facts.header.clone(),
-            });
-        }
+        let job = work.job();
+        let same = |row: &&SkeletonRow| row.skeleton_id == id && row.body == *clip.skeleton;
+        let first_clip = match self.record.skeletons.iter().find(same) {
+            Some(row) => row.first_clip.clone(),
+            None => {
+                let first_clip = [job.source.clone(), job.name.clone()];
+                self.record.skeletons.push(SkeletonRow {
+                    skeleton_id: id.clone(),
+                    first_clip: first_clip.clone(),
+                    body: (*clip.skeleton).clone(),
+                    roles: work.roles.clone(),
+                    header: work.facts.header.clone(),
+                });
+                first_clip
+            }
+        };
+        self.record.bodies.insert(job.clip_id, first_clip);
         id
     }
 
@@ -317,7 +324,7 @@ impl OpenShard {
             self.record.made = self.made.into_values().collect();
             self.record.clips.sort_by_key(|row| row.clip_id);
             self.record.inputs.sort_by_key(|input| input.clip_id);
-            self.record.skeletons.sort_by(|a, b| a.skeleton_id.cmp(&b.skeleton_id));
+            sort_skeletons(&mut self.record);
         }
         self.record.keys = job.keys.clone();
         let record = finished.commit(self.record)?;
@@ -326,6 +333,17 @@ impl OpenShard {
             frames: record.clips.iter().map(|row| u64::from(row.frames)).sum(),
             faults: record.faults.iter().filter(|row| row.notice.severity == Severity::Fault).count() as u32,
         })
+    }
+}
+
+/// Sorts the skeletons, and leaves to be said only whose body is not the first of its skeleton.
+fn sort_skeletons(ShardRecord { skeletons, bodies, clips, .. }: &mut ShardRecord) {
+    skeletons.sort_by(|a, b| (&a.skeleton_id, &a.first_clip).cmp(&(&b.skeleton_id, &b.first_clip)));
+    for clip in clips.iter() {
+        let first = skeletons.iter().find(|row| row.skeleton_id == clip.skeleton);
+        if first.is_some_and(|row| bodies.get(&clip.clip_id) == Some(&row.first_clip)) {
+            bodies.remove(&clip.clip_id);
+        }
     }
 }
 
