@@ -239,6 +239,7 @@ fn labels(poses: &Poses, rate_hz: f64) -> FrameLabels {
         gait: (0..n).map(|frame| Some(if frame % 300 < 200 { Gait::Walk } else { Gait::Stand })).collect(),
         gait_confidence: vec![Some(0.9); n],
         phase: (0..n).map(|frame| Some((frame % 30) as f32 / 30.0)).collect(),
+        diagnostics: None,
     }
 }
 

@@ -336,10 +336,10 @@ fn another_version_is_named_and_damage_is_not_taken_for_it() {
     let (folder, _) = folder_and_store();
     let store = whole_corpus(folder.path());
     let text = String::from_utf8(store.read(MANIFEST).unwrap().unwrap()).unwrap();
-    let rest = text.split_once('\n').unwrap().1.replace("\"format_version\": 1", "\"format_version\": 9, \"new\": 1");
+    let rest = text.split_once('\n').unwrap().1.replace("\"format_version\": 2", "\"format_version\": 9, \"new\": 1");
     let sealed = format!("{{\"blake3\": \"{}\",\n{rest}", blake3::hash(rest.as_bytes()).to_hex());
     store.put_atomic(MANIFEST, sealed.as_bytes()).unwrap();
-    assert!(matches!(open_to_read(folder.path()), Err(CorpusError::Version { found: 9, known: 1, .. })));
+    assert!(matches!(open_to_read(folder.path()), Err(CorpusError::Version { found: 9, known: 2, .. })));
     store.put_atomic(MANIFEST, text.replace("present", "Present").as_bytes()).unwrap();
     assert!(matches!(open_to_read(folder.path()), Err(CorpusError::Damaged { .. })));
 }

@@ -141,8 +141,15 @@ pub(crate) fn clip_row(dice: &mut Dice, clip_id: u32) -> ClipRow {
         recipe: dice.maybe(Dice::text),
         labels: ClipLabels {
             leg_length_m: dice.maybe(Dice::f32),
+            leg_spread_m: dice.maybe(Dice::f32),
             ground_height_m: dice.maybe(Dice::f32),
+            ground_spread_m: dice.maybe(Dice::f32),
+            ground_slope_x: dice.maybe(Dice::f32),
+            ground_slope_z: dice.maybe(Dice::f32),
+            ground_slope_share: dice.maybe(Dice::f32),
+            uneven: dice.maybe(|dice| dice.below(2) == 0),
             noise_m: dice.maybe(Dice::f32),
+            noise_spread_m: dice.maybe(Dice::f32),
             gait_class: dice.maybe(|dice| dice.pick(&GAITS)),
             thesis_class: dice.maybe(|dice| dice.pick(&GAITS)),
             stand_fraction: dice.maybe(Dice::f32),
@@ -273,6 +280,7 @@ fn frame_labels(dice: &mut Dice, n: usize, rate_hz: f64) -> FrameLabels {
         gait: (0..n).map(|_| dice.maybe(|dice| dice.pick(&GAITS))).collect(),
         gait_confidence,
         phase,
+        diagnostics: None,
     }
 }
 

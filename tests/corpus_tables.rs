@@ -278,13 +278,15 @@ fn columns_are_those_of_the_schema() {
     write_edges(&store, &[], &notes).unwrap();
     write_recipes(&store, &[], &notes).unwrap();
     write_made(&store, &[], &FIGURES[..2], &notes).unwrap();
-    // The last column is an addition.
+    // The columns from up_axis on are additions.
     let clips = "clip_id u32, name str, source str, format str, layout str, skeleton str, subject str?, frames u32,
         rate_hz f64, frame_time_s f64?, duration_s f64, unit_m f64, max_rounding f32, licenses list<str>,
         attribution str?, may_share bool?, may_sell bool?, origin str, parents list<u32>, recipe str?,
         leg_length_m f32?, ground_height_m f32?, noise_m f32?, gait_class str?, thesis_class str?,
         stand_fraction f32?, walk_fraction f32?, run_fraction f32?, jump_fraction f32?, unknown_fraction f32?,
-        gait_confidence f32?, duty_factor f32?, flight_fraction f32?, checks list<str>, warnings u32, up_axis str";
+        gait_confidence f32?, duty_factor f32?, flight_fraction f32?, checks list<str>, warnings u32, up_axis str,
+        leg_spread_m f32?, ground_spread_m f32?, ground_slope_x f32?, ground_slope_z f32?, ground_slope_share f32?,
+        uneven bool?, noise_spread_m f32?";
     // The last three are additions.
     let skeletons = "skeleton str, layout str, format str, joints list<str>, parents list<i32>, roles list<str?>,
         channels list<str>, offsets list<f64>, end_offsets list<f64?>, axis list<f64?>, axis_order list<str?>,
@@ -409,7 +411,7 @@ fn wide_columns_say_what_they_are_and_differ_but_for_case() {
         text(&[("unit", "m"), ("space", "world"), ("joint", "膝"), ("role", "wrist_left"), ("part", "root")])
     );
     let footer = builder.metadata().file_metadata();
-    assert_eq!(footer.created_by(), Some("motionmill 1"));
+    assert_eq!(footer.created_by(), Some("motionmill 2"));
     let keys: Vec<_> = footer.key_value_metadata().unwrap().iter().map(|entry| entry.key.as_str()).collect();
     assert_eq!(keys, ["motionmill.format_version", "motionmill.table", "ARROW:schema"]);
     let column = builder.metadata().row_group(0).column(3);

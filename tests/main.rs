@@ -1,6 +1,7 @@
 //! One binary for all integration tests: one module per promise.
 #![expect(clippy::unwrap_used, reason = "tests")]
 
+mod adaptive;
 mod bandai;
 mod captures;
 mod cli;

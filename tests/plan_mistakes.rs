@@ -72,11 +72,11 @@ fn a_field_of_another_section_is_sent_home_and_a_strange_one_gets_the_list() {
         "foo = 2\n[contacts]\nmax_height_m = 0.07\n[contacts.thesis]\nthreshold = 1\n",
         "
 error: config.toml:1:1: unknown field `foo` outside any section
-  why: no such field; there are `ingest`, `inputs`, `source`, `clip`, `limits`, `shards`, `tables`, `poses`, `procedural`, `contacts`, `cluster`, `neighbors`, `graph`, `recipes`, `graft`, `action` and `judge`
+  why: no such field; there are `ingest`, `inputs`, `source`, `clip`, `limits`, `shards`, `tables`, `poses`, `procedural`, `annotations`, `contacts`, `cluster`, `neighbors`, `graph`, `recipes`, `graft`, `action` and `judge`
   try: take it out; configs/default.toml lists every setting
 error: config.toml:3:1: unknown field `max_height_m` in [contacts]
-  why: no such field here; it belongs to [contacts.thesis]
-  try: max_height_m = 0.07 below [contacts.thesis]
+  why: no such field here; it belongs to [contacts.extrema] or [contacts.thesis]
+  try: max_height_m = 0.07 below [contacts.extrema]
 error: config.toml:5:1: unknown field `threshold` in [contacts.thesis]
   why: no such field; there are `max_height_m`, `max_speed_mps` and `close_gap_s`
   try: take it out; configs/default.toml lists every setting
@@ -124,8 +124,8 @@ error: config.toml:10:23: `thresholds_m2` in [graph] is text: \"x\"
   why: a number in square metres is needed
   try: thresholds_m2 = [0.5]
 error: config.toml:12:12: `detector` in [contacts] is a whole number: 3
-  why: one of `thesis` is needed
-  try: detector = \"thesis\"
+  why: one of `adaptive`, `thesis`, `extrema` is needed
+  try: detector = \"adaptive\"
 ",
     );
 }
@@ -484,7 +484,7 @@ error: --set contacts.thesis.max_hieght_m=0.04: unknown field `max_hieght_m` in 
         "contacts.detector=thesys",
         "
 error: --set contacts.detector=thesys: `detector` in [contacts] is \"thesys\"
-  why: it can be `thesis`
+  why: it can be `adaptive`, `thesis` or `extrema`; the nearest is `thesis`
   try: --set contacts.detector=thesis
 ",
     );
@@ -500,8 +500,8 @@ error: --set contacts.thesis.max_height_m=-1: `max_height_m` in [contacts.thesis
         "max_height_m=0.04",
         "
 error: --set max_height_m=0.04: unknown field `max_height_m` outside any section
-  why: no such field here; it belongs to [contacts.thesis]
-  try: --set contacts.thesis.max_height_m=0.04
+  why: no such field here; it belongs to [contacts.extrema] or [contacts.thesis]
+  try: --set contacts.extrema.max_height_m=0.04
 ",
     );
     set_says(

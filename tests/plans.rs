@@ -143,9 +143,11 @@ fn changed(set: &str) -> Vec<String> {
 #[test]
 fn a_changed_setting_changes_the_keys_of_what_reads_it_and_of_what_builds_on_that() {
     assert_eq!(
-        changed("contacts.thesis.max_height_m=0.04"),
+        changed("contacts.detector=thesis"),
         ["graph", "judge", "labels", "make", "neighbors", "recipes", "tree"]
     );
+    assert_eq!(changed("contacts.thesis.max_height_m=0.04"), [""; 0], "the adaptive detector is not told");
+    assert_eq!(changed("annotations.diagnostics=true"), ["labels"]);
     assert_eq!(changed("graph.thresholds_m2=[0.4]"), ["graph"]);
     assert_eq!(changed("cluster.t_max_m2=0.6"), ["graph", "neighbors", "tree"]);
     assert_eq!(changed("judge.max_arm_novelty=0.4"), ["judge"]);

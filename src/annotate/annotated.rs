@@ -1,17 +1,16 @@
 //! All labels of one clip, from its poses.
 
 use super::checks::{Facts, checks};
-use super::contacts::{ContactSettings, Contacts, Detector, thesis_contacts};
-use super::foot_paths::{FEET, FootPaths, joints_of};
+use super::contacts::foot_paths::FootPaths;
+use super::contacts::{ContactSettings, Contacts, contacts};
 use super::gait_machine::{machine_class, machine_gaits};
-use super::gait_steps::{Evidence, StepGaits, step_gaits};
+use super::gait_steps::{StepGaits, step_gaits};
 use super::gait_summary::{clip_gait, duty_factor, frame_confidences, segments};
 use super::gait_tokens::Token;
-use super::labels::{ClipLabels, FrameLabels, Gait, Plant, Segment};
+use super::labels::{ClipLabels, FrameDiagnostics, FrameLabels, Gait, Plant, Segment};
 use super::phase::stride_phases;
 use super::plant_state::plant_states;
 use super::plants::plants;
-use super::resting_height::{RestingHeights, resting_heights};
 use super::root::{RootTrack, root_track};
 use crate::motion::{Poses, RoleMap};
 use serde::{Deserialize, Serialize};
@@ -22,6 +21,8 @@ use serde::{Deserialize, Serialize};
 pub struct Settings {
     /// Foot contacts.
     pub contacts: ContactSettings,
+    /// Whether frames say what the detector of contacts weighed.
+    pub diagnostics: bool,
 }
 
 /// Rows of the tables `annotations`, `plants`, `segments` and `clips` for one clip.
@@ -56,25 +57,24 @@ pub fn annotate_about(
     let mut frames = root_columns(root, poses.n_frames, rate_hz);
     let feet = FootPaths::new(poses, roles, rate_hz).filter(|feet| feet.n_frames > 0);
     let Some(feet) = feet else {
+        frames.diagnostics = settings.diagnostics.then(|| frame_diagnostics(None, poses.n_frames));
         return Annotated { frames: without_feet(frames, poses.n_frames), ..Annotated::default() };
     };
-    let rest = resting_heights(&feet);
-    let contacts = match settings.contacts.detector {
-        Detector::Thesis => thesis_contacts(&feet, &rest, &settings.contacts),
-    };
+    let contacts = contacts(poses, roles, &feet, &settings.contacts);
     let tokens = contacts.tokens();
-    let evidence = Evidence::default();
+    let evidence = contacts.evidence();
     let gaits = step_gaits(&tokens, rate_hz, evidence);
     fill_feet_columns(&mut frames, &contacts);
     frames.plant_state = plant_states(&tokens).into_iter().map(Some).collect();
     frames.gait = gaits.gaits.iter().copied().map(Some).collect();
     frames.gait_confidence = frame_confidences(&gaits, evidence);
     frames.phase = stride_phases(&gaits);
+    frames.diagnostics = settings.diagnostics.then(|| frame_diagnostics(Some(&contacts), poses.n_frames));
     Annotated {
         frames,
-        plants: plants(&feet, &contacts.stance),
+        plants: plants(&feet, &contacts.stance, evidence.log_odds),
         segments: segments(&gaits, evidence),
-        clip: clip_labels(root, &feet, &rest, &tokens, &gaits, evidence),
+        clip: clip_labels(root, &feet, &contacts, &tokens, &gaits),
     }
 }
 
@@ -120,32 +120,56 @@ fn fill_feet_columns(frames: &mut FrameLabels, contacts: &Contacts) {
     frames.pinned = contacts.pinned.each_ref().map(marks);
 }
 
+/// What the detector weighed, as columns; nothing is known without feet, or of a detector that weighs nothing.
+fn frame_diagnostics(contacts: Option<&Contacts>, n_frames: usize) -> FrameDiagnostics {
+    let unknown = || vec![None; n_frames];
+    let Some(diagnosis) = contacts.and_then(|contacts| contacts.diagnosis.as_ref()) else {
+        return FrameDiagnostics { log_odds: [unknown(), unknown()], force: unknown(), ground: [unknown(), unknown()] };
+    };
+    FrameDiagnostics {
+        log_odds: [0, 1].map(|foot| diagnosis.log_odds.iter().map(|odds| Some(odds[foot] as f32)).collect()),
+        force: diagnosis.force_bw.iter().map(|force| force.map(|force| force as f32)).collect(),
+        ground: diagnosis.ground_m.each_ref().map(|heights| heights.iter().map(|&at| Some(at as f32)).collect()),
+    }
+}
+
 fn clip_labels(
     root: &RootTrack,
     feet: &FootPaths,
-    rest: &RestingHeights,
+    contacts: &Contacts,
     tokens: &[Token],
     gaits: &StepGaits,
-    evidence: Evidence<'_>,
 ) -> ClipLabels {
-    let Some(clip) = clip_gait(gaits, evidence) else { return ClipLabels::default() };
+    let Some(clip) = clip_gait(gaits, contacts.evidence()) else { return ClipLabels::default() };
     let duty_factor = duty_factor(gaits);
     let in_flight = tokens.iter().filter(|&&token| token == Token::Neither).count();
     let flight_fraction = in_flight as f64 / tokens.len() as f64;
+    let ground = &contacts.ground;
     let facts = Facts {
         class: clip.class,
+        confidence: clip.confidence,
         duty_factor,
         flight_fraction,
         n_steps: gaits.steps.len(),
         jumps: gaits.gaits.contains(&Gait::Jump),
         travel_in_legs: travel_m(root) / feet.leg_length_m.max(1e-3),
-        feet_rest_apart: rest.apart,
+        feet_rest_apart: ground.feet_rest_apart,
+        uneven: ground.uneven == Some(true),
     };
     let fraction = |gait: Gait| Some(clip.fractions[gait as usize] as f32);
+    let number = |value: Option<f64>| value.map(|value| value as f32);
+    let diagnosis = contacts.diagnosis.as_ref();
     ClipLabels {
         leg_length_m: Some(feet.leg_length_m as f32),
-        ground_height_m: ground_height_m(feet, rest).map(|height| height as f32),
-        noise_m: None,
+        leg_spread_m: Some(feet.leg_spread_m as f32),
+        ground_height_m: number(ground.height_m),
+        ground_spread_m: number(ground.spread_m),
+        ground_slope_x: number(ground.tilt.map(|tilt| tilt.slope[0])),
+        ground_slope_z: number(ground.tilt.map(|tilt| tilt.slope[1])),
+        ground_slope_share: number(ground.tilt.map(|tilt| tilt.share)),
+        uneven: ground.uneven,
+        noise_m: number(diagnosis.map(|diagnosis| diagnosis.noise_m)),
+        noise_spread_m: number(diagnosis.map(|diagnosis| diagnosis.noise_spread_m)),
         gait_class: Some(clip.class),
         thesis_class: Some(machine_class(&machine_gaits(tokens))),
         stand_fraction: fraction(Gait::Stand),
@@ -154,20 +178,10 @@ fn clip_labels(
         jump_fraction: fraction(Gait::Jump),
         unknown_fraction: fraction(Gait::Unknown),
         gait_confidence: Some(clip.confidence as f32),
-        duty_factor: duty_factor.map(|duty| duty as f32),
+        duty_factor: number(duty_factor),
         flight_fraction: Some(flight_fraction as f32),
         checks: checks(&facts),
     }
-}
-
-/// World height, metres, at which the feet rest: mean over feet of the resting height of the toe (the ankle where there
-/// is no toe).
-fn ground_height_m(feet: &FootPaths, rest: &RestingHeights) -> Option<f64> {
-    let [left, right] = FEET.map(|foot| {
-        let [ankle, toe] = joints_of(foot);
-        rest.height[toe].or(rest.height[ankle])
-    });
-    Some((left? + right?) / 2.0 * feet.scale)
 }
 
 /// Largest horizontal distance of the root from where it began, metres.
@@ -252,9 +266,9 @@ mod tests {
 
     #[test]
     fn settings_name_their_units_and_refuse_unknown_fields() {
-        let settings: Settings = toml::from_str("[contacts]\nmax_speed_mps = 0.6").unwrap();
-        assert_eq!((settings.contacts.max_speed_mps, settings.contacts.max_height_m), (0.6, 0.05));
-        assert!(toml::from_str::<Settings>("[contacts]\nmax_speed = 0.6").is_err());
+        let settings: Settings = toml::from_str("[contacts.thesis]\nmax_speed_mps = 0.6").unwrap();
+        assert_eq!((settings.contacts.thesis.max_speed_mps, settings.contacts.thesis.max_height_m), (0.6, 0.05));
+        assert!(toml::from_str::<Settings>("[contacts.thesis]\nmax_speed = 0.6").is_err());
         assert!(toml::from_str::<Settings>("[contacts]\ndetector = 'none'").is_err());
     }
 

@@ -9,11 +9,16 @@ const DUTY_OF_A_WALK: f64 = 0.5;
 /// A clip whose hips get further than this many leg lengths from where they began has steps.
 const TRAVEL_IN_LEGS: f64 = 1.0;
 
+/// Of clips with this confidence or more hardly any is wrong (CONTACTS 1).
+pub const SURE: f64 = 0.8;
+
 /// What the checks look at.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Facts {
     /// Class of the clip.
     pub class: Gait,
+    /// Confidence in the class, 0..1.
+    pub confidence: f64,
     /// Share of a stride that a foot is planted.
     pub duty_factor: Option<f64>,
     /// Share of the frames with neither foot planted.
@@ -26,6 +31,8 @@ pub struct Facts {
     pub travel_in_legs: f64,
     /// Whether a foot's resting height was replaced by the other's.
     pub feet_rest_apart: bool,
+    /// Whether each plant has a level of its own.
+    pub uneven: bool,
 }
 
 /// The checks that a clip doesn't pass, in a fixed order:
@@ -34,7 +41,10 @@ pub struct Facts {
 /// - `run-duty-over-half`: a run whose feet are planted for more than half of a stride;
 /// - `walk-duty-under-half`: a walk whose feet are planted for less;
 /// - `no-step`: the hips travel more than a leg length and there is neither a step nor a jump;
-/// - `feet-rest-apart`: one foot rests more than 3 cm higher than the other (it never rested, or the floor isn't flat).
+/// - `feet-rest-apart`: one foot rests more than 3 cm higher than the other (it never rested, or the floor isn't flat);
+/// - `uneven-ground`: the body is carried where no foot is near its rest, so that every plant has a level of its own;
+///   what hands carry is not known;
+/// - `low-confidence`: the confidence in the clip's gait is below 0.8.
 pub fn checks(facts: &Facts) -> Vec<String> {
     let duty = |wrong: fn(f64) -> bool| facts.duty_factor.is_some_and(wrong);
     let findings = [
@@ -43,6 +53,8 @@ pub fn checks(facts: &Facts) -> Vec<String> {
         ("walk-duty-under-half", facts.class == Gait::Walk && duty(|duty| duty < DUTY_OF_A_WALK)),
         ("no-step", facts.n_steps == 0 && !facts.jumps && facts.travel_in_legs > TRAVEL_IN_LEGS),
         ("feet-rest-apart", facts.feet_rest_apart),
+        ("uneven-ground", facts.uneven),
+        ("low-confidence", facts.confidence < SURE),
     ];
     findings.into_iter().filter(|(_, found)| *found).map(|(name, _)| name.to_owned()).collect()
 }
@@ -55,12 +67,14 @@ mod tests {
     fn each_check_speaks_of_its_own_fault() {
         let good = Facts {
             class: Gait::Walk,
+            confidence: 0.95,
             duty_factor: Some(0.6),
             flight_fraction: 0.01,
             n_steps: 4,
             jumps: false,
             travel_in_legs: 3.0,
             feet_rest_apart: false,
+            uneven: false,
         };
         assert!(checks(&good).is_empty());
         for (facts, wanted) in [
@@ -69,6 +83,8 @@ mod tests {
             (Facts { duty_factor: Some(0.4), ..good.clone() }, "walk-duty-under-half"),
             (Facts { n_steps: 0, class: Gait::Unknown, duty_factor: None, ..good.clone() }, "no-step"),
             (Facts { feet_rest_apart: true, ..good.clone() }, "feet-rest-apart"),
+            (Facts { uneven: true, ..good.clone() }, "uneven-ground"),
+            (Facts { confidence: 0.79, ..good.clone() }, "low-confidence"),
         ] {
             assert_eq!(checks(&facts), [wanted]);
         }

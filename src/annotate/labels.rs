@@ -72,6 +72,19 @@ pub struct FrameLabels {
     pub gait_confidence: Vec<Option<f32>>,
     /// Phase of the stride from the left foot's strike, 0..1; None outside walk and run.
     pub phase: Vec<Option<f32>>,
+    /// What the detector of contacts weighed. None: not asked for.
+    pub diagnostics: Option<FrameDiagnostics>,
+}
+
+/// What the detector of contacts weighed; every vector has one entry a frame, None where it is not known.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct FrameDiagnostics {
+    /// Log-odds of the foot being planted, -3 to 3: left, right.
+    pub log_odds: [Vec<Option<f32>>; 2],
+    /// Vertical force on the feet, body weights.
+    pub force: Vec<Option<f32>>,
+    /// World height at which the foot's toe (its ankle where there is none) would rest there, metres: left, right.
+    pub ground: [Vec<Option<f32>>; 2],
 }
 
 /// A foot on the ground: half-open frame range.
@@ -87,7 +100,7 @@ pub struct Plant {
     pub position: [f32; 3],
     /// Largest horizontal distance from it in the middle 60 % of the plant, metres.
     pub slip_m: f32,
-    /// 0..1.
+    /// Mean probability that the foot is planted, by its log-odds, 0..1. None: a detector without log-odds.
     pub confidence: Option<f32>,
 }
 
@@ -109,8 +122,15 @@ pub struct Segment {
 #[allow(missing_docs, reason = "as SCHEMA, clips")]
 pub struct ClipLabels {
     pub leg_length_m: Option<f32>,
+    pub leg_spread_m: Option<f32>,
     pub ground_height_m: Option<f32>,
+    pub ground_spread_m: Option<f32>,
+    pub ground_slope_x: Option<f32>,
+    pub ground_slope_z: Option<f32>,
+    pub ground_slope_share: Option<f32>,
+    pub uneven: Option<bool>,
     pub noise_m: Option<f32>,
+    pub noise_spread_m: Option<f32>,
     pub gait_class: Option<Gait>,
     pub thesis_class: Option<Gait>,
     pub stand_fraction: Option<f32>,

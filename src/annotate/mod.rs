@@ -6,7 +6,6 @@
 //!
 //! ```text
 //! root             where the hips are and face             baseline   differences over 1/30 s
-//! foot_paths       ankles and toes in a common scale       resting_height   where a foot rests
 //! contacts         feet on the ground, frame by frame      plants     where a foot stands, from when to when
 //! gait_tokens      N L R B and their runs                  plant_state      the thesis' seven states
 //! gait_machine     the thesis' strict class                gait_supports -> gait_steps -> gait_segments   the default
@@ -21,7 +20,6 @@ pub mod baseline;
 pub mod checks;
 pub mod contacts;
 pub mod features;
-pub mod foot_paths;
 pub mod gait_machine;
 pub mod gait_segments;
 pub mod gait_steps;
@@ -33,10 +31,9 @@ pub mod order_statistics;
 pub mod phase;
 pub mod plant_state;
 pub mod plants;
-pub mod resting_height;
 pub mod root;
 pub mod samples;
 
 pub use annotated::{Annotated, Settings, annotate, annotate_about};
 pub use contacts::{ContactSettings, Detector};
-pub use labels::{ClipLabels, Features, Foot, FrameLabels, Gait, Plant, PlantState, Segment};
+pub use labels::{ClipLabels, Features, Foot, FrameDiagnostics, FrameLabels, Gait, Plant, PlantState, Segment};

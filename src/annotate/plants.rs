@@ -1,7 +1,7 @@
 //! Foot plants: where a foot stands, from when to when, and how much it slips.
 
-use super::foot_paths::{FEET, FootPaths};
-use super::labels::Plant;
+use super::contacts::foot_paths::{FEET, FootPaths};
+use super::labels::{Foot, Plant};
 use super::order_statistics::median;
 use glam::DVec3;
 
@@ -11,8 +11,9 @@ const ROLLING_SHARE: f64 = 0.2;
 /// Every run of stance of either foot: left foot first, then in time.
 ///
 /// Position: the median, coordinate by coordinate, of the toe's path (the ankle's where there is no toe). Slip: the
-/// largest horizontal distance from it in the middle 60 % of the plant.
-pub fn plants(feet: &FootPaths, stance: &[Vec<bool>; 2]) -> Vec<Plant> {
+/// largest horizontal distance from it in the middle 60 % of the plant. Confidence: the mean probability by the
+/// foot's log-odds, `[frame][foot]`, where there are any.
+pub fn plants(feet: &FootPaths, stance: &[Vec<bool>; 2], log_odds: Option<&[[f64; 2]]>) -> Vec<Plant> {
     let mut plants = Vec::new();
     for foot in FEET {
         let path = feet.ball(foot);
@@ -27,12 +28,18 @@ pub fn plants(feet: &FootPaths, stance: &[Vec<bool>; 2]) -> Vec<Plant> {
                 end: end as u32,
                 position: position.as_vec3().to_array(),
                 slip_m: slip_m as f32,
-                confidence: None,
+                confidence: log_odds.map(|odds| mean_probability(&odds[start..end], foot) as f32),
             });
             first = end;
         }
     }
     plants
+}
+
+/// Mean probability that a foot is planted.
+fn mean_probability(log_odds: &[[f64; 2]], foot: Foot) -> f64 {
+    let total: f64 = log_odds.iter().map(|odds| 1.0 / (1.0 + libm::exp(-odds[foot as usize]))).sum();
+    total / log_odds.len().max(1) as f64
 }
 
 /// Median position and slip, metres, of a path in scaled metres that is not empty.
@@ -56,7 +63,6 @@ fn place_and_slip_m(path: &[DVec3], scale: f64) -> (DVec3, f64) {
 
 #[cfg(test)]
 mod tests {
-    use super::super::labels::Foot;
     use super::*;
 
     #[test]
@@ -69,6 +75,7 @@ mod tests {
             n_frames: 12,
             rate_hz: 30.0,
             leg_length_m: 1.8,
+            leg_spread_m: 0.0,
             scale: 2.0,
             paths: [Some(far.clone()), Some(toe), Some(far), None],
         };
@@ -76,7 +83,7 @@ mod tests {
         let mut right = vec![false; 12];
         right[0] = true;
         right[11] = true;
-        let plants = plants(&feet, &[left, right]);
+        let plants = plants(&feet, &[left, right], None);
         assert_eq!(plants.len(), 3);
         assert_eq!((plants[0].foot, plants[0].first, plants[0].end), (Foot::Left, 1, 11));
         assert_eq!(plants[0].position, [0.0, 0.1, 4.0]);

@@ -45,7 +45,7 @@ pub(crate) struct PlanArgs {
     /// A shipped config (default, cmu, bandai-namco) or a file of your own
     #[arg(long, short, value_name = "CONFIG")]
     pub(crate) config: Option<String>,
-    /// Overrides one value: --set contacts.thesis.max_height_m=0.04
+    /// Overrides one value: --set contacts.detector=thesis
     #[arg(long = "set", value_name = "KEY=VALUE")]
     pub(crate) sets: Vec<String>,
     /// A folder with captures; may be given several times
@@ -68,7 +68,7 @@ impl PlanArgs {
 #[derive(Debug, Args)]
 #[command(after_help = "Examples:
   motionmill run enrich --input cmu --config cmu --out corpus
-  motionmill run annotate --input a --input b --out corpus --set contacts.thesis.max_speed_mps=0.8
+  motionmill run annotate --input a --input b --out corpus --set annotations.diagnostics=true
 
 Exit codes: 0 done; 2 arguments, config or plan; 1 anything else that prevents or ends a run;
 3 done, with quarantined clips; 130 interrupted (the same command continues).")]
@@ -236,7 +236,7 @@ pub(crate) struct Synth {
 #[derive(Debug, Args)]
 #[command(after_help = "Examples:
   motionmill check demo
-  motionmill check enrich --config cmu --input cmu --set contacts.thesis.max_height_m=0.04
+  motionmill check enrich --config cmu --input cmu --set contacts.detector=thesis
 
 Exit codes: 0 nothing to complain of; 2 mistakes in arguments, config or plan; 3 some clips can't be used.")]
 pub(crate) struct Check {

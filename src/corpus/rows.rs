@@ -39,6 +39,11 @@ impl<'a> Rows<'a> {
         self.batch.schema_ref().fields().iter().map(|field| field.name().as_str()).collect()
     }
 
+    /// Whether there is a column of that name.
+    pub(super) fn has(&self, name: &str) -> bool {
+        self.batch.schema_ref().index_of(name).is_ok()
+    }
+
     /// Values of the n-th column, which must be an f32 column without nulls.
     pub(super) fn nth_f32(&self, column: usize) -> Result<&'a [f32], CorpusError> {
         let array = self.batch.columns().get(column).ok_or_else(|| self.damaged(format!("no column {column}")))?;

@@ -37,7 +37,7 @@ use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 
 /// Version of the tables and records; a new one when a column changes its name, type or meaning.
-pub const FORMAT_VERSION: u32 = 1;
+pub const FORMAT_VERSION: u32 = 2;
 
 /// File metadata beyond the format version: detectors, constants, weights.
 pub type FileNotes = BTreeMap<String, String>;

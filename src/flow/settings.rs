@@ -1,7 +1,8 @@
 //! What the stages of a run are told: the plan's settings, resolved once, shared by all workers.
 
 use super::work::Todo;
-use crate::annotate;
+use crate::annotate::contacts::adaptive;
+use crate::annotate::{self, Detector};
 use crate::cluster::{AlignmentRule, Metric};
 use crate::corpus::{ShardSettings, Table};
 use crate::formats::ReadOptions;
@@ -59,19 +60,14 @@ impl RunSettings {
             (Table::Features, features),
             (Table::Provenance, provenance),
         ];
-        let thesis = &config.contacts.thesis;
         RunSettings {
             read: ReadOptions { strict: config.ingest.strict, limits: config.limits.clone(), ..ReadOptions::default() },
             names: shipped_names(),
             features: plan.has(Stage::Features),
             labels: plan.has(Stage::Contacts),
             annotate: annotate::Settings {
-                contacts: annotate::ContactSettings {
-                    max_height_m: thesis.max_height_m,
-                    max_speed_mps: thesis.max_speed_mps,
-                    close_gap_s: thesis.close_gap_s,
-                    ..annotate::ContactSettings::default()
-                },
+                contacts: config.contacts.clone(),
+                diagnostics: config.annotations.diagnostics,
             },
             left_out: wanted.into_iter().filter(|(_, wanted)| !wanted).map(|(table, _)| table).collect(),
             rotations: config.poses.rotations == PoseRotations::Quaternion,
@@ -113,7 +109,7 @@ impl RunSettings {
         let mut notes = BTreeMap::new();
         let labels = crate::corpus::FileNotes::from([
             ("detector".to_owned(), json(&self.annotate.contacts.detector)),
-            ("contacts".to_owned(), json(&self.annotate.contacts)),
+            ("contacts".to_owned(), json(&detector_constants(&self.annotate.contacts))),
         ]);
         for table in [Table::Annotations, Table::Plants, Table::Segments] {
             notes.insert(table, labels.clone());
@@ -123,6 +119,18 @@ impl RunSettings {
             notes.insert(Table::Features, crate::corpus::FileNotes::from(weights));
         }
         notes
+    }
+}
+
+/// Constants of the detector that is in force.
+fn detector_constants(contacts: &annotate::ContactSettings) -> serde_json::Value {
+    match contacts.detector {
+        Detector::Adaptive => {
+            let named = |&(name, value): &(&str, f64)| (name.to_owned(), serde_json::Value::from(value));
+            serde_json::Value::Object(adaptive::CONSTANTS.iter().map(named).collect())
+        }
+        Detector::Thesis => serde_json::json!(contacts.thesis),
+        Detector::Extrema => serde_json::json!(contacts.extrema),
     }
 }
 

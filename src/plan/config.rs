@@ -1,6 +1,7 @@
 //! All settings of a run, by section. `configs/default.toml` is their reference for users.
 
-use super::sections::{ClusterSettings, ContactSettings, GraphSettings, NeighborSettings};
+use super::sections::{AnnotationSettings, ClusterSettings, GraphSettings, NeighborSettings};
+use crate::annotate::ContactSettings;
 use crate::formats::ReadLimits;
 use crate::inputs::{ClipRule, InputRules, InputSettings, SourceRule};
 use crate::synthesis::judge::GateSettings;
@@ -30,6 +31,8 @@ pub struct Config {
     pub poses: PoseSettings,
     /// The corpus that the program makes itself.
     pub procedural: ProceduralSettings,
+    /// The `annotations` table.
+    pub annotations: AnnotationSettings,
     /// Foot contacts.
     pub contacts: ContactSettings,
     /// How frames are compared and merged.

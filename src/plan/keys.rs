@@ -8,6 +8,7 @@
 use super::config::Config;
 use super::filter::ClipFilter;
 use super::stages::Stage;
+use crate::annotate::Detector;
 use serde::Serialize;
 use serde_json::{Value, json};
 
@@ -30,7 +31,7 @@ pub struct PlanKeys {
 mod version {
     pub(super) const INGEST: u32 = 1;
     pub(super) const FEATURES: u32 = 1;
-    pub(super) const LABELS: u32 = 1;
+    pub(super) const LABELS: u32 = 2;
     pub(super) const TREE: u32 = 1;
     pub(super) const NEIGHBORS: u32 = 1;
     pub(super) const GRAPH: u32 = 1;
@@ -48,6 +49,7 @@ impl PlanKeys {
             limits,
             tables,
             poses,
+            annotations,
             contacts,
             cluster,
             neighbors,
@@ -63,12 +65,19 @@ impl PlanKeys {
         let ingest =
             key("ingest", version::INGEST, &json!([motion, ingest.strict, poses, tables.channels, tables.poses]));
         let features = key("features", version::FEATURES, &json!([motion, tables.features]));
-        let labels = key("labels", version::LABELS, &json!([motion, contacts]));
-        let tree = key("tree", version::TREE, &json!([features, labels, cluster, filter(Stage::Tree)]));
-        let partners = json!([features, labels, cluster, neighbors, filter(Stage::Neighbors)]);
+        // What another detector would be told doesn't count, and what builds on labels doesn't read diagnostics.
+        let told = match contacts.detector {
+            Detector::Adaptive => json!(contacts.detector),
+            Detector::Thesis => json!([contacts.detector, contacts.thesis]),
+            Detector::Extrema => json!([contacts.detector, contacts.extrema]),
+        };
+        let plants = key("labels", version::LABELS, &json!([motion, told]));
+        let labels = key("labels", version::LABELS, &json!([plants, annotations]));
+        let tree = key("tree", version::TREE, &json!([features, plants, cluster, filter(Stage::Tree)]));
+        let partners = json!([features, plants, cluster, neighbors, filter(Stage::Neighbors)]);
         // Donors whose own arms a gate would refuse are not chosen.
         let beat = [judge.arm_leg_relation_cycles, judge.max_arm_leg_relation_error_cycles, judge.min_arm_leg_lock];
-        let selection = json!([motion, labels, recipes, action, graft.correlation, beat, filter(Stage::Recipes)]);
+        let selection = json!([motion, plants, recipes, action, graft.correlation, beat, filter(Stage::Recipes)]);
         let recipes = key("recipes", version::RECIPES, &selection);
         let made = json!([recipes, features, graft, tables.provenance]);
         let make = key("make", version::MAKE, &made);

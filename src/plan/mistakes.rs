@@ -93,12 +93,14 @@ impl Words<'_> {
             };
             return (what, format!("{no_such}; the nearest is `{near}`"), remedy);
         }
-        if let Some(home) = self.home() {
+        let homes = self.homes();
+        if let Some(home) = homes.first() {
             let remedy = match kind {
                 SourceKind::Set => format!("--set {home}.{}={}", self.field, node.place.raw()),
                 _ => format!("{} below [{home}]", self.assign(self.field, &self.quoted())),
             };
-            return (what, format!("no such field here; it belongs to [{home}]"), remedy);
+            let named: Vec<String> = homes.iter().map(|home| format!("[{home}]")).collect();
+            return (what, format!("no such field here; it belongs to {}", named.join(" or ")), remedy);
         }
         let there = match valid {
             [] => format!("{no_such}; there are none"),
@@ -107,15 +109,14 @@ impl Words<'_> {
         (what, there, "take it out; configs/default.toml lists every setting".to_owned())
     }
 
-    /// The only other section that has a field of this name.
-    fn home(&self) -> Option<String> {
-        let Root::Config { reference } = self.root else { return None };
+    /// The other sections that have a field of this name, if they are few enough to be meant.
+    fn homes(&self) -> Vec<String> {
+        const FEW: usize = 2;
+        let Root::Config { reference } = self.root else { return Vec::new() };
         let mut homes = Vec::new();
         sections_with(reference, self.field, "", &mut homes);
-        match &homes[..] {
-            [only] if !only.is_empty() => Some(only.clone()),
-            _ => None,
-        }
+        homes.retain(|home| !home.is_empty());
+        if homes.len() > FEW { Vec::new() } else { homes }
     }
 
     fn named(&self) -> String {

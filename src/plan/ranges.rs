@@ -56,6 +56,8 @@ pub(crate) const RANGES: &[Range] = &[
     above("contacts.thesis.max_height_m", 0.0, 1.0, "at 0 no foot is ever planted, beyond 1 m all are"),
     above("contacts.thesis.max_speed_mps", 0.0, 20.0, "at 0 no foot is ever planted, beyond 20 m/s all are"),
     from("contacts.thesis.close_gap_s", 0.0, 1.0, "a gap of a second is a step"),
+    above("contacts.extrema.max_height_m", 0.0, 1.0, "at 0 no foot is ever planted, beyond 1 m all are"),
+    above("contacts.extrema.max_speed_mps", 0.0, 20.0, "at 0 no foot is ever planted, beyond 20 m/s all are"),
     above("cluster.rate_hz", 0.0, 100_000.0, RATE),
     above("cluster.t_max_m2", 0.0, 1e6, "no two frames would be merged"),
     from("cluster.velocity_scale_s", 0.0, 1e6, WEIGHT),

@@ -3,35 +3,12 @@
 use crate::cluster::EffectorWeights;
 use serde::{Deserialize, Serialize};
 
-/// How feet on the ground are found.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(rename_all = "lowercase")]
-pub enum Detector {
-    /// Height and speed below fixed thresholds, gaps closed (T 3.1).
-    #[default]
-    Thesis,
-}
-
-/// Foot contacts.
+/// The `annotations` table.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
-pub struct ContactSettings {
-    /// Which detector.
-    pub detector: Detector,
-    /// Thresholds of the thesis' detector.
-    pub thesis: ThesisContactSettings,
-}
-
-/// Thresholds of the thesis' detector (T 3.1), for a body with a leg of 0.9 m.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(default, deny_unknown_fields)]
-pub struct ThesisContactSettings {
-    /// A planted joint is within this distance of its resting height.
-    pub max_height_m: f64,
-    /// A planted joint is slower than this.
-    pub max_speed_mps: f64,
-    /// Gaps up to this long between contacts are closed.
-    pub close_gap_s: f64,
+pub struct AnnotationSettings {
+    /// Whether log-odds, force and ground of every frame are written beside the labels.
+    pub diagnostics: bool,
 }
 
 /// How frames are compared, and how far they are merged (T 4.2).
@@ -70,13 +47,6 @@ pub struct NeighborSettings {
 pub struct GraphSettings {
     /// One graph for each.
     pub thresholds_m2: Vec<f64>,
-}
-
-impl Default for ThesisContactSettings {
-    /// The best fixed pair under the step classifier (CONTACTS 1, 4).
-    fn default() -> Self {
-        ThesisContactSettings { max_height_m: 0.05, max_speed_mps: 1.0, close_gap_s: 0.05 }
-    }
 }
 
 impl Default for ClusterSettings {

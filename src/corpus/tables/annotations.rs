@@ -1,7 +1,7 @@
 //! The `annotations` table: what happens in every frame.
 
 use super::expect_frames;
-use crate::annotate::{FrameLabels, Gait, PlantState};
+use crate::annotate::{FrameDiagnostics, FrameLabels, Gait, PlantState};
 use crate::corpus::columns::{Columns, METERS, METERS_WORLD, PLAIN, SECONDS};
 use crate::corpus::error::CorpusError;
 use crate::corpus::rows::Rows;
@@ -13,6 +13,10 @@ const HEIGHTS: [&str; 4] = ["left_ankle_height", "left_toe_height", "right_ankle
 const SPEEDS: [&str; 4] = ["left_ankle_speed", "left_toe_speed", "right_ankle_speed", "right_toe_speed"];
 const STANCES: [&str; 2] = ["left_stance", "right_stance"];
 const PINNED: [&str; 2] = ["left_pinned", "right_pinned"];
+const LOG_ODDS: [&str; 2] = ["left_log_odds", "right_log_odds"];
+const FORCE: &str = "force";
+const GROUND: [&str; 2] = ["left_ground", "right_ground"];
+const BODY_WEIGHTS: &[(&str, &str)] = &[("unit", "body weight")];
 
 /// Gathers a clip's labels.
 #[derive(Debug, Default)]
@@ -41,11 +45,21 @@ pub(in crate::corpus) fn annotations_columns(clip_id: u32, labels: &FrameLabels)
     for (name, values) in STANCES.into_iter().zip(&labels.stance).chain(PINNED.into_iter().zip(&labels.pinned)) {
         columns = columns.bool_opt(name, values.iter().copied());
     }
-    columns
+    columns = columns
         .str_opt("plant_state", labels.plant_state.iter().map(|state| state.map(PlantState::name)))
         .str_opt("gait", labels.gait.iter().map(|gait| gait.map(Gait::name)))
         .f32_opt("gait_confidence", PLAIN, labels.gait_confidence.iter().copied())
-        .f32_opt("phase", PLAIN, labels.phase.iter().copied())
+        .f32_opt("phase", PLAIN, labels.phase.iter().copied());
+    if let Some(FrameDiagnostics { log_odds, force, ground }) = &labels.diagnostics {
+        for (name, values) in LOG_ODDS.into_iter().zip(log_odds) {
+            columns = columns.f32_opt(name, PLAIN, values.iter().copied());
+        }
+        columns = columns.f32_opt(FORCE, BODY_WEIGHTS, force.iter().copied());
+        for (name, values) in GROUND.into_iter().zip(ground) {
+            columns = columns.f32_opt(name, METERS_WORLD, values.iter().copied());
+        }
+    }
+    columns
 }
 
 impl GatherLabels {
@@ -53,7 +67,7 @@ impl GatherLabels {
     pub(in crate::corpus) fn refuse(labels: &FrameLabels, n_frames: usize) -> Result<(), String> {
         let optional = [&labels.heading, &labels.turn_rate, &labels.gait_confidence, &labels.phase];
         let optional: Vec<&Vec<Option<f32>>> =
-            optional.into_iter().chain(&labels.heights).chain(&labels.speeds).collect();
+            optional.into_iter().chain(&labels.heights).chain(&labels.speeds).chain(diagnostics(labels)).collect();
         let mut lengths = vec![labels.time_s.len(), labels.root.len(), labels.speed.len()];
         lengths.extend([labels.plant_state.len(), labels.gait.len()]);
         lengths.extend(optional.iter().map(|values| values.len()));
@@ -66,6 +80,11 @@ impl GatherLabels {
             && optional.into_iter().flatten().flatten().all(|value| value.is_finite());
         if finite { Ok(()) } else { Err("a number that isn't finite".to_owned()) }
     }
+}
+
+/// Columns of the diagnostics, if there are any.
+fn diagnostics(labels: &FrameLabels) -> impl Iterator<Item = &Vec<Option<f32>>> {
+    labels.diagnostics.iter().flat_map(|shown| shown.log_odds.iter().chain([&shown.force]).chain(&shown.ground))
 }
 
 impl crate::corpus::reader::Gather for GatherLabels {
@@ -102,6 +121,16 @@ impl crate::corpus::reader::Gather for GatherLabels {
         }
         labels.gait_confidence.extend(rows.f32_opt("gait_confidence")?);
         labels.phase.extend(rows.f32_opt("phase")?);
+        if rows.has(FORCE) {
+            let shown = labels.diagnostics.get_or_insert_default();
+            for (name, values) in LOG_ODDS.into_iter().zip(&mut shown.log_odds) {
+                values.extend(rows.f32_opt(name)?);
+            }
+            shown.force.extend(rows.f32_opt(FORCE)?);
+            for (name, values) in GROUND.into_iter().zip(&mut shown.ground) {
+                values.extend(rows.f32_opt(name)?);
+            }
+        }
         Ok(())
     }
 

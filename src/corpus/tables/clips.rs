@@ -142,6 +142,7 @@ impl ClipRow {
 
 const HERTZ: &[(&str, &str)] = &[("unit", "Hz")];
 const FILE_UNITS: &[(&str, &str)] = &[("unit", "file"), ("space", "file")];
+const RISE_OVER_RUN: &[(&str, &str)] = &[("unit", "m/m")];
 const METERS_A_UNIT: &[(&str, &str)] = &[("unit", "m/file")];
 
 impl RowTable for ClipRow {
@@ -191,6 +192,13 @@ impl RowTable for ClipRow {
             .str_list("checks", rows.iter().map(|row| row.labels.checks.as_slice()))
             .u32("warnings", PLAIN, rows.iter().map(|row| row.warnings))
             .str("up_axis", rows.iter().map(|row| up_name(row.up_axis)))
+            .f32_opt("leg_spread_m", METERS, label!(leg_spread_m))
+            .f32_opt("ground_spread_m", METERS, label!(ground_spread_m))
+            .f32_opt("ground_slope_x", RISE_OVER_RUN, label!(ground_slope_x))
+            .f32_opt("ground_slope_z", RISE_OVER_RUN, label!(ground_slope_z))
+            .f32_opt("ground_slope_share", PLAIN, label!(ground_slope_share))
+            .bool_opt("uneven", label!(uneven))
+            .f32_opt("noise_spread_m", METERS, label!(noise_spread_m))
     }
 
     fn from_rows(rows: &Rows<'_>) -> Result<Vec<ClipRow>, CorpusError> {
@@ -241,36 +249,29 @@ impl RowTable for ClipRow {
 }
 
 fn labels(rows: &Rows<'_>) -> Result<Vec<ClipLabels>, CorpusError> {
-    let number = |name: &str| Ok::<Vec<Option<f32>>, CorpusError>(rows.f32_opt(name)?.iter().collect());
-    let gait = |name: &str| {
-        let words = rows.str_opt(name)?.iter();
-        words.map(|word| word.map(|word| super::gait(rows, word)).transpose()).collect::<Result<Vec<_>, _>>()
-    };
-    let (leg_length_m, ground_height_m, noise_m) =
-        (number("leg_length_m")?, number("ground_height_m")?, number("noise_m")?);
-    let (gait_class, thesis_class) = (gait("gait_class")?, gait("thesis_class")?);
-    let (stand, walk, run) = (number("stand_fraction")?, number("walk_fraction")?, number("run_fraction")?);
-    let (jump, unknown) = (number("jump_fraction")?, number("unknown_fraction")?);
-    let (gait_confidence, duty_factor) = (number("gait_confidence")?, number("duty_factor")?);
-    let (flight, checks) = (number("flight_fraction")?, rows.str_lists("checks")?);
-    Ok((0..rows.len())
-        .map(|at| ClipLabels {
-            leg_length_m: leg_length_m[at],
-            ground_height_m: ground_height_m[at],
-            noise_m: noise_m[at],
-            gait_class: gait_class[at],
-            thesis_class: thesis_class[at],
-            stand_fraction: stand[at],
-            walk_fraction: walk[at],
-            run_fraction: run[at],
-            jump_fraction: jump[at],
-            unknown_fraction: unknown[at],
-            gait_confidence: gait_confidence[at],
-            duty_factor: duty_factor[at],
-            flight_fraction: flight[at],
-            checks: checks[at].clone(),
-        })
-        .collect())
+    let mut labels = vec![ClipLabels::default(); rows.len()];
+    macro_rules! numbers {
+        ($($name:ident)*) => {$(
+            for (labels, value) in labels.iter_mut().zip(rows.f32_opt(stringify!($name))?) {
+                labels.$name = value;
+            }
+        )*};
+    }
+    numbers!(leg_length_m leg_spread_m ground_height_m ground_spread_m ground_slope_x ground_slope_z ground_slope_share);
+    numbers!(noise_m noise_spread_m stand_fraction walk_fraction run_fraction jump_fraction unknown_fraction);
+    numbers!(gait_confidence duty_factor flight_fraction);
+    let gait = |word: Option<&str>| word.map(|word| super::gait(rows, word)).transpose();
+    let (gait_class, thesis_class) = (rows.str_opt("gait_class")?, rows.str_opt("thesis_class")?);
+    for (labels, (by_steps, by_thesis)) in labels.iter_mut().zip(gait_class.iter().zip(thesis_class)) {
+        (labels.gait_class, labels.thesis_class) = (gait(by_steps)?, gait(by_thesis)?);
+    }
+    for (labels, uneven) in labels.iter_mut().zip(rows.bool_opt("uneven")?) {
+        labels.uneven = uneven;
+    }
+    for (labels, checks) in labels.iter_mut().zip(rows.str_lists("checks")?) {
+        labels.checks = checks;
+    }
+    Ok(labels)
 }
 
 fn word<T: Copy>(rows: &Rows<'_>, word: &str, all: &[T], name: fn(T) -> &'static str) -> Result<T, CorpusError> {

@@ -1,7 +1,7 @@
 //! How high ankles and toes lie when a foot rests on the ground.
 
 use super::foot_paths::{FEET, FootPaths, joints_of, speeds};
-use super::order_statistics::percentile;
+use crate::annotate::order_statistics::percentile;
 
 /// Side of the baseline over which a joint is judged to be slow (CONTACTS 2.4), seconds.
 const SLOW_BASELINE_S: f64 = 1.0 / 30.0;
@@ -25,15 +25,38 @@ pub struct RestingHeights {
     pub apart: bool,
 }
 
-/// Resting heights by foot and joint (CONTACTS 2.7, with a fixed speed threshold and no noise taken off): the mode of
-/// the heights at which the joint is slow. No global floor is needed, so a floor offset drops out.
+impl RestingHeights {
+    /// Mean over feet of the toe's resting height (the ankle's where there is no toe), scaled metres.
+    pub fn of_feet(&self) -> Option<f64> {
+        let [left, right] = FEET.map(|foot| {
+            let [ankle, toe] = joints_of(foot);
+            self.height[toe].or(self.height[ankle])
+        });
+        Some((left? + right?) / 2.0)
+    }
+}
+
+/// Resting heights for fixed thresholds: as [`resting_heights_where`], slow being half of 1 m/s.
 pub fn resting_heights(feet: &FootPaths) -> RestingHeights {
+    let heights = feet
+        .paths
+        .each_ref()
+        .map(|path| Some(path.as_deref()?.iter().map(|position| position.y).collect::<Vec<f64>>()));
+    let slow = feet.paths.each_ref().map(|path| slow_frames(path.as_deref().unwrap_or(&[]), feet));
+    resting_heights_where(heights.each_ref().map(Option::as_deref), |joint, frame| slow[joint][frame])
+}
+
+/// Resting heights by foot and joint (CONTACTS 2.7): the mode of the heights at which the joint is slow. A foot whose
+/// mode lies far above the other's takes the other's. No global floor is needed, so a floor offset drops out.
+///
+/// `heights`: `[foot joint][frame]`, scaled metres; `is_slow(joint, frame)`.
+pub fn resting_heights_where(heights: [Option<&[f64]>; 4], is_slow: impl Fn(usize, usize) -> bool) -> RestingHeights {
     let own = [0, 1, 2, 3].map(|joint| {
-        let path = feet.paths[joint].as_deref()?;
-        let slow = slow_samples(path, feet);
-        let few = (slow.len() as f64) < FEWEST_SLOW.0.max(FEWEST_SLOW.1 * path.len() as f64);
-        let heights = if few { path.iter().map(|position| position.y).collect() } else { slow };
-        low_mode(heights)
+        let heights = heights[joint]?;
+        let slow: Vec<f64> =
+            heights.iter().enumerate().filter(|(frame, _)| is_slow(joint, *frame)).map(|(_, height)| *height).collect();
+        let few = (slow.len() as f64) < FEWEST_SLOW.0.max(FEWEST_SLOW.1 * heights.len() as f64);
+        low_mode(if few { heights.to_vec() } else { slow })
     });
     let mut rest = RestingHeights { height: own, apart: false };
     for kind in [0, 1] {
@@ -61,14 +84,13 @@ pub fn clip_minimum(feet: &FootPaths) -> RestingHeights {
     RestingHeights { height, apart: false }
 }
 
-/// Heights of the frames in which the joint is slow against the frames before or after (CONTACTS 2.4).
-fn slow_samples(path: &[glam::DVec3], feet: &FootPaths) -> Vec<f64> {
+/// Frames in which the joint is slow against the frames before or after (CONTACTS 2.4).
+fn slow_frames(path: &[glam::DVec3], feet: &FootPaths) -> Vec<bool> {
     let step = feet.frames_in(SLOW_BASELINE_S);
     let forward = speeds(path, step, feet.rate_hz);
     let slow = |speed: Option<&f64>| speed.is_some_and(|&speed| speed < SLOW_SHARE * SPEED_THRESHOLD_MPS);
     (0..path.len())
-        .filter(|&frame| slow(forward.get(frame)) || frame.checked_sub(step).is_some_and(|at| slow(forward.get(at))))
-        .map(|frame| path[frame].y)
+        .map(|frame| slow(forward.get(frame)) || frame.checked_sub(step).is_some_and(|at| slow(forward.get(at))))
         .collect()
 }
 
@@ -108,7 +130,7 @@ mod tests {
         let n_frames = joints[0].as_ref().unwrap().len();
         let paths = joints
             .map(|joint| joint.map(|joint| joint.into_iter().map(|(x, height)| DVec3::new(x, height, 0.0)).collect()));
-        FootPaths { n_frames, rate_hz: 30.0, leg_length_m: 0.9, scale: 1.0, paths }
+        FootPaths { n_frames, rate_hz: 30.0, leg_length_m: 0.9, leg_spread_m: 0.0, scale: 1.0, paths }
     }
 
     /// 30 frames at rest, 30 frames of a swing at 3 m/s that passes below the resting height.

@@ -1,106 +1,60 @@
-//! Which foot is on the ground: the thesis' detector (T 3.1.1).
+//! The thesis' detector: fixed thresholds on height and speed (T 3.1.1).
 
 use super::foot_paths::{FEET, FootPaths, joints_of, speeds};
-use super::gait_tokens::Token;
-use super::labels::Foot;
 use super::resting_height::RestingHeights;
-use serde::{Deserialize, Serialize};
-
-/// A foot may be locked where its slower joint moves at less than this share of the speed threshold.
-pub const PINNED_SHARE: f64 = 0.5;
-
-/// How feet on the ground are found.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, Serialize, Deserialize)]
-#[serde(rename_all = "lowercase")]
-pub enum Detector {
-    /// Height and speed below fixed thresholds, gaps closed (T 3.1).
-    #[default]
-    Thesis,
-}
-
-/// Thresholds of foot contacts. Lengths are those of a body with a leg (hip to ankle) of 0.9 m (CONTACTS 2.1).
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(default, deny_unknown_fields)]
-pub struct ContactSettings {
-    /// Which detector.
-    pub detector: Detector,
-    /// A planted joint is within this distance of its resting height (T 3.1: epsilon).
-    pub max_height_m: f64,
-    /// A planted joint is slower than this (T 3.1: eta).
-    pub max_speed_mps: f64,
-    /// A joint that is off the ground is planted all the same if it is planted at most this long before and after
-    /// (T 3.1: the debounce's window w).
-    pub close_gap_s: f64,
-}
-
-impl Default for ContactSettings {
-    /// 5 cm, 1.0 m/s, 0.05 s: the best fixed pair under the step classifier (CONTACTS 1, 4).
-    fn default() -> Self {
-        ContactSettings { detector: Detector::Thesis, max_height_m: 0.05, max_speed_mps: 1.0, close_gap_s: 0.05 }
-    }
-}
-
-/// Contacts of a clip's feet.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Contacts {
-    /// `[foot][frame]`: in stance (phase, gait).
-    pub stance: [Vec<bool>; 2],
-    /// `[foot][frame]`: may be locked to its place: in stance, and its slower joint below half the speed threshold.
-    pub pinned: [Vec<bool>; 2],
-    /// `[foot joint][frame]`: above (below: negative) the resting height, metres, in the body's own size.
-    pub heights_m: [Option<Vec<f64>>; 4],
-    /// `[foot joint][frame]`: from the frame before, m/s, in the body's own size; frame 0 takes frame 1's.
-    pub speeds_mps: [Option<Vec<f64>>; 4],
-}
-
-impl Contacts {
-    /// Which feet are planted, frame by frame.
-    pub fn tokens(&self) -> Vec<Token> {
-        self.stance[0].iter().zip(&self.stance[1]).map(|(&left, &right)| Token::of_feet(left, right)).collect()
-    }
-
-    /// Whether a foot is in stance, `[frame]`.
-    pub fn stance_of(&self, foot: Foot) -> &[bool] {
-        &self.stance[foot as usize]
-    }
-}
+use super::{Contacts, Ground, PINNED_SHARE, ThesisSettings};
 
 /// The thesis' detector (T 3.1.1; CONTACTS 4): a joint is planted where `|height - rest| < max_height_m` and its
 /// speed from the frame before is `< max_speed_mps`; short gaps are closed per joint; a foot is planted where its
 /// ankle or its toe is.
 ///
 /// A clip of one frame has no speeds: they count as zero. No frames give no labels.
-pub fn thesis_contacts(feet: &FootPaths, rest: &RestingHeights, settings: &ContactSettings) -> Contacts {
-    let heights = [0, 1, 2, 3].map(|joint| {
-        let (path, rest) = (feet.paths[joint].as_deref()?, rest.height[joint].unwrap_or(0.0));
-        Some(path.iter().map(|position| position.y - rest).collect::<Vec<f64>>())
-    });
-    let speeds = feet.paths.each_ref().map(|path| path.as_deref().map(|path| backward_speeds(path, feet.rate_hz)));
+pub fn thesis_contacts(feet: &FootPaths, rest: &RestingHeights, settings: &ThesisSettings) -> Contacts {
     let window = feet.frames_in(settings.close_gap_s);
-    let planted = [0, 1, 2, 3].map(|joint| {
-        let (heights, speeds) = (heights[joint].as_ref()?, speeds[joint].as_ref()?);
+    fixed_contacts(feet, rest, settings.max_speed_mps, |_, heights, speeds| {
         let mut planted: Vec<bool> = heights
             .iter()
             .zip(speeds)
             .map(|(height, &speed)| height.abs() < settings.max_height_m && speed < settings.max_speed_mps)
             .collect();
         close_gaps(&mut planted, window);
-        Some(planted)
+        planted
+    })
+}
+
+/// Contacts by a rule for each joint: `is_planted(joint, heights above rest, speeds from the frame before)`, both in
+/// scaled metres. A foot is planted where its ankle or its toe is, and pinned where one of them is slower than half of
+/// `max_speed_mps`.
+pub(super) fn fixed_contacts(
+    feet: &FootPaths,
+    rest: &RestingHeights,
+    max_speed_mps: f64,
+    is_planted: impl Fn(usize, &[f64], &[f64]) -> Vec<bool>,
+) -> Contacts {
+    let heights = [0, 1, 2, 3].map(|joint| {
+        let (path, rest) = (feet.paths[joint].as_deref()?, rest.height[joint].unwrap_or(0.0));
+        Some(path.iter().map(|position| position.y - rest).collect::<Vec<f64>>())
     });
+    let speeds = feet.paths.each_ref().map(|path| path.as_deref().map(|path| backward_speeds(path, feet.rate_hz)));
+    let planted = [0, 1, 2, 3].map(|joint| Some(is_planted(joint, heights[joint].as_ref()?, speeds[joint].as_ref()?)));
     let stance = FEET.map(|foot| {
         let joints = joints_of(foot).map(|joint| planted[joint].as_deref());
         (0..feet.n_frames).map(|frame| joints.iter().flatten().any(|planted| planted[frame])).collect::<Vec<bool>>()
     });
     let pinned = FEET.map(|foot| {
         let joints = joints_of(foot).map(|joint| speeds[joint].as_deref());
-        let slow =
-            |frame: usize| joints.iter().flatten().any(|speeds| speeds[frame] < PINNED_SHARE * settings.max_speed_mps);
+        let slow = |frame: usize| joints.iter().flatten().any(|speeds| speeds[frame] < PINNED_SHARE * max_speed_mps);
         (0..feet.n_frames).map(|frame| stance[foot as usize][frame] && slow(frame)).collect()
     });
     let own_size = |values: [Option<Vec<f64>>; 4]| {
         values.map(|values| values.map(|values| values.into_iter().map(|value| value * feet.scale).collect()))
     };
-    Contacts { stance, pinned, heights_m: own_size(heights), speeds_mps: own_size(speeds) }
+    let ground = Ground {
+        height_m: rest.of_feet().map(|height| height * feet.scale),
+        feet_rest_apart: rest.apart,
+        ..Ground::default()
+    };
+    Contacts { stance, pinned, heights_m: own_size(heights), speeds_mps: own_size(speeds), ground, diagnosis: None }
 }
 
 /// Speed of every frame from the one before; frame 0 takes frame 1's, a lone frame 0.
@@ -134,6 +88,8 @@ mod tests {
     #![expect(clippy::unwrap_used, reason = "tests")]
 
     use super::*;
+    use crate::annotate::gait_tokens::Token;
+    use crate::annotate::labels::Foot;
     use glam::DVec3;
 
     fn marks(text: &str) -> Vec<bool> {
@@ -176,6 +132,7 @@ mod tests {
             n_frames: 30,
             rate_hz: 30.0,
             leg_length_m: 0.9 * scale,
+            leg_spread_m: 0.0,
             scale,
             paths: [Some(path.clone()), None, Some(path), None],
         }
@@ -187,7 +144,7 @@ mod tests {
 
     #[test]
     fn height_and_speed_both_bind() {
-        let settings = ContactSettings::default();
+        let settings = ThesisSettings::default();
         let contacts = thesis_contacts(&feet(1.5, 0.04, 1.0), &at_zero(), &settings);
         let wanted: Vec<bool> = (0..30).map(|frame| !(10..20).contains(&frame)).collect();
         // Rising 4 cm in one frame is 1.2 m/s: frame 20 is off the ground by its speed, and closed as a gap is not.
@@ -200,7 +157,7 @@ mod tests {
 
     #[test]
     fn a_sliding_foot_is_in_stance_but_not_pinned() {
-        let contacts = thesis_contacts(&feet(0.7, 0.0, 1.0), &at_zero(), &ContactSettings::default());
+        let contacts = thesis_contacts(&feet(0.7, 0.0, 1.0), &at_zero(), &ThesisSettings::default());
         assert!(contacts.stance[0].iter().all(|&stance| stance));
         let wanted: Vec<bool> = (0..30).map(|frame| !(10..20).contains(&frame)).collect();
         assert_eq!(contacts.pinned[0], wanted);
@@ -208,7 +165,7 @@ mod tests {
 
     #[test]
     fn reported_heights_and_speeds_are_the_bodys_own() {
-        let contacts = thesis_contacts(&feet(1.5, 0.04, 2.0), &at_zero(), &ContactSettings::default());
+        let contacts = thesis_contacts(&feet(1.5, 0.04, 2.0), &at_zero(), &ThesisSettings::default());
         assert!((contacts.heights_m[0].as_ref().unwrap()[25] - 0.08).abs() < 1e-12);
         assert!((contacts.speeds_mps[2].as_ref().unwrap()[12] - 3.0).abs() < 1e-9);
         assert_eq!(contacts.heights_m[1], None);
@@ -221,7 +178,7 @@ mod tests {
         for path in feet.paths.iter_mut().flatten() {
             path.truncate(1);
         }
-        let contacts = thesis_contacts(&feet, &at_zero(), &ContactSettings::default());
+        let contacts = thesis_contacts(&feet, &at_zero(), &ThesisSettings::default());
         assert_eq!(contacts.tokens(), [Token::Both]);
     }
 }

@@ -1,7 +1,8 @@
 //! The paths of ankles and toes, in the scale of a body with a leg of 0.9 m.
 
-use super::labels::Foot;
-use super::order_statistics::median;
+use super::repair::DEVIATION_IN_MAD;
+use crate::annotate::labels::Foot;
+use crate::annotate::order_statistics::median;
 use crate::motion::{Poses, Role, RoleMap};
 use glam::DVec3;
 
@@ -27,6 +28,8 @@ pub struct FootPaths {
     pub rate_hz: f64,
     /// Mean of both sides' median thigh plus shank, metres.
     pub leg_length_m: f64,
+    /// Mean of both sides' robust standard deviations of that length over the clip, metres: 0 for rigid bones.
+    pub leg_spread_m: f64,
     /// Metres a scaled metre: `leg / 0.9` (CONTACTS 2.1).
     pub scale: f64,
     /// `[foot joint][frame]`, scaled metres, world, Y up. None: no toe. An ankle is always there.
@@ -60,7 +63,14 @@ impl FootPaths {
         let left = leg_length_m(poses, roles, [Role::ThighLeft, Role::KneeLeft, Role::AnkleLeft])?;
         let right = leg_length_m(poses, roles, [Role::ThighRight, Role::KneeRight, Role::AnkleRight])?;
         let paths = FOOT_JOINTS.map(|role| roles.get(role).map(|point| poses.path(point)));
-        Some(FootPaths { n_frames: poses.n_frames, rate_hz, leg_length_m: (left + right) / 2.0, scale: 1.0, paths })
+        Some(FootPaths {
+            n_frames: poses.n_frames,
+            rate_hz,
+            leg_length_m: (left.0 + right.0) / 2.0,
+            leg_spread_m: (left.1 + right.1) / 2.0,
+            scale: 1.0,
+            paths,
+        })
     }
 
     /// The path that stands for where a foot is: its toe's, or its ankle's where there is no toe.
@@ -82,8 +92,9 @@ pub fn speeds(path: &[DVec3], step: usize, rate_hz: f64) -> Vec<f64> {
     path.iter().zip(path.get(step..).unwrap_or(&[])).map(|(from, to)| (*to - *from).length() * per_second).collect()
 }
 
-/// Median of thigh plus shank of one side. None: a role is missing; 0 in an empty clip.
-fn leg_length_m(poses: &Poses, roles: &RoleMap, leg: [Role; 3]) -> Option<f64> {
+/// Median of thigh plus shank of one side, and its robust standard deviation. None: a role is missing; 0 in an empty
+/// clip.
+fn leg_length_m(poses: &Poses, roles: &RoleMap, leg: [Role; 3]) -> Option<(f64, f64)> {
     let [hip, knee, ankle] = leg.map(|role| roles.get(role));
     let (hip, knee, ankle) = (hip?, knee?, ankle?);
     let mut lengths: Vec<f64> = (0..poses.n_frames)
@@ -92,7 +103,11 @@ fn leg_length_m(poses: &Poses, roles: &RoleMap, leg: [Role; 3]) -> Option<f64> {
             (poses.at(frame, hip) - knee).length() + (knee - poses.at(frame, ankle)).length()
         })
         .collect();
-    Some(median(&mut lengths).unwrap_or(0.0))
+    let middle = median(&mut lengths).unwrap_or(0.0);
+    for length in &mut lengths {
+        *length = (*length - middle).abs();
+    }
+    Some((middle, DEVIATION_IN_MAD * median(&mut lengths).unwrap_or(0.0)))
 }
 
 #[cfg(test)]
