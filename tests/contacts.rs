@@ -150,6 +150,10 @@ fn size_floor_and_place_change_no_contact() {
             ("100 times larger", moved(&poses, |p| p * 100.0)),
             ("0.7 times as large", moved(&poses, |p| p * 0.7)),
             ("the floor at -1.3 m", moved(&poses, |p| p - DVec3::Y * 1.3)),
+            (
+                "turned and moved",
+                moved(&poses, |p| DVec3::new(0.6 * p.x + 0.8 * p.z, p.y, 0.6 * p.z - 0.8 * p.x + 3.0)),
+            ),
         ] {
             let there = label(&there, &roles);
             assert_eq!(here.frames.stance, there.frames.stance, "{file}, {what}");

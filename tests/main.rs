@@ -19,6 +19,7 @@ mod growth;
 mod hostile;
 mod house;
 mod inputs;
+mod invariances;
 mod joint_limits;
 mod motion;
 mod pass_shares;

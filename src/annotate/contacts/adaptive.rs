@@ -21,6 +21,10 @@ const TILT_SHARE: f64 = 0.3;
 const REST_SHARE: f64 = 0.5;
 /// A leg that is bent more than to this share of its length carries no weight on uneven ground (2.9).
 const STRETCHED_SHARE: f64 = 0.75;
+/// An ankle rises and moves on while the ball of the foot still carries the body. Where no toe tells, its evidence turns
+/// at this many times the height, and towards the lift-off at this many times the speed.
+const ANKLE_ALONE_HEIGHT: f64 = 2.0;
+const ANKLE_ALONE_SPEED: f64 = 1.5;
 /// Limit of the log-odds of a foot being planted (2.10).
 const LOG_ODDS_LIMIT: f64 = 3.0;
 
@@ -186,7 +190,12 @@ fn stand_on_levels(
 
 /// Log-odds of a foot being planted (2.10): of its joint that looks more like it.
 fn foot_log_odds(foot: Foot, frame: usize, speeds: &FootSpeeds, above: &[Option<Vec<f64>>; 4]) -> f64 {
-    let (still, strike) = (speeds.still_mps[foot as usize][frame], speeds.strike_mps[foot as usize][frame]);
+    let (mut still, strike) = (speeds.still_mps[foot as usize][frame], speeds.strike_mps[foot as usize][frame]);
+    let mut turning_m = EVIDENCE_HEIGHT_M;
+    if above[joints_of(foot)[1]].is_none() {
+        still *= ANKLE_ALONE_SPEED;
+        turning_m *= ANKLE_ALONE_HEIGHT;
+    }
     let mut square = f64::INFINITY;
     for joint in joints_of(foot) {
         let Some(above) = &above[joint] else { continue };
@@ -194,7 +203,7 @@ fn foot_log_odds(foot: Foot, frame: usize, speeds: &FootSpeeds, above: &[Option<
         let slower = forward.min(backward);
         // A clip of one frame has no speeds.
         let slower = if slower.is_finite() { slower } else { 0.0 };
-        let height = above[frame].max(0.0) / EVIDENCE_HEIGHT_M;
+        let height = above[frame].max(0.0) / turning_m;
         square = square.min(slower * slower + height * height);
     }
     // Most frames are beyond doubt and need no logarithm: exp(3) is 20.09.

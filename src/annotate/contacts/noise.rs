@@ -7,8 +7,9 @@ use glam::DVec3;
 
 /// Below this number of frames a clip has no noise estimate: its noise counts as none.
 const FEWEST_FRAMES: usize = 7;
-/// The lower quartile of the size of a normal variable of standard deviation 1.
+/// The lower quartile of the size of a normal variable of standard deviation 1, and of the length of two of them.
 const NORMAL_QUARTILE: f64 = 0.3186;
+const PLANE_QUARTILE: f64 = 0.7585;
 /// Variance of the third difference of white noise of variance 1.
 const THIRD_DIFFERENCE_VARIANCE: f64 = 20.0;
 /// Noise up to this is none: clean captures stay as they are, scaled metres.
@@ -20,7 +21,7 @@ pub(super) const LONGEST_SMOOTHING_S: f64 = 0.03;
 const NARROWEST_FRAMES: f64 = 0.3;
 const CUT_OFF: f64 = 4.0;
 
-/// Estimated noise of the feet's coordinates.
+/// Estimated noise of the feet's coordinates, the same for a clip that is turned about the vertical.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Noise {
     /// Standard deviation of white noise in each coordinate, scaled metres.
@@ -33,8 +34,9 @@ pub struct Noise {
 
 /// Estimates the noise, and smooths the paths if there is enough of it.
 ///
-/// Each coordinate's estimate comes from the lower quartile of the third difference, which looks at stance, where
-/// motion is smallest; the median over all coordinates of the feet counts.
+/// A joint's estimates come from the lower quartile of the third difference, which looks at stance, where motion is
+/// smallest: one of its height, one of its place on the ground, which counts twice as it has two coordinates. Their
+/// median counts. (CONTACTS 2.3 takes each coordinate by itself, so that a clip that is turned has other noise.)
 pub fn smooth_noise(feet: &mut FootPaths) -> Noise {
     let (sd_m, spread_m) = noise(feet);
     let smoothing_s = LONGEST_SMOOTHING_S.min(SMOOTHING_S_PER_M * (sd_m - QUIET_M).max(0.0));
@@ -55,18 +57,21 @@ fn noise(feet: &FootPaths) -> (f64, f64) {
     if feet.n_frames < FEWEST_FRAMES {
         return (0.0, 0.0);
     }
-    let mut differences = vec![0.0; feet.n_frames - 3];
+    let mut upright = vec![0.0; feet.n_frames - 3];
+    let mut level = upright.clone();
     let mut estimates = Vec::with_capacity(12);
     for path in feet.paths.iter().flatten() {
-        for axis in 0..3 {
-            for (difference, four) in differences.iter_mut().zip(path.windows(4)) {
-                // As differences of differences: a clip far from the origin has no more noise than one near it.
-                let [a, b, c, d] = [four[0][axis], four[1][axis], four[2][axis], four[3][axis]];
-                *difference = ((d - c) - (c - b) - ((c - b) - (b - a))).abs();
-            }
-            let quartile = percentile(&mut differences, 25.0).unwrap_or(0.0);
-            estimates.push(quartile / NORMAL_QUARTILE / THIRD_DIFFERENCE_VARIANCE.sqrt());
+        for ((upright, level), four) in upright.iter_mut().zip(&mut level).zip(path.windows(4)) {
+            // As differences of differences: a clip far from the origin has no more noise than one near it.
+            let (first, second, third) = (four[1] - four[0], four[2] - four[1], four[3] - four[2]);
+            let difference = (third - second) - (second - first);
+            *upright = difference.y.abs();
+            *level = difference.x * difference.x + difference.z * difference.z;
         }
+        let unit = THIRD_DIFFERENCE_VARIANCE.sqrt();
+        let quartile = |values: &mut [f64]| percentile(values, 25.0).unwrap_or(0.0);
+        let on_ground = quartile(&mut level).sqrt() / PLANE_QUARTILE / unit;
+        estimates.extend([quartile(&mut upright) / NORMAL_QUARTILE / unit, on_ground, on_ground]);
     }
     let middle = median(&mut estimates).unwrap_or(0.0);
     for estimate in &mut estimates {
