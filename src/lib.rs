@@ -22,6 +22,7 @@ pub mod procedural;
 pub mod cluster;
 pub mod synthesis;
 
+pub mod evaluate;
 pub mod picture;
 
 pub mod corpus;
