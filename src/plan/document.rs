@@ -24,6 +24,8 @@ pub(crate) enum SourceKind {
     Pipeline,
     Config,
     Set,
+    /// Rules about names.
+    Truth,
 }
 
 /// Where something stands in a source.

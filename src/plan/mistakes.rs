@@ -106,7 +106,11 @@ impl Words<'_> {
             [] => format!("{no_such}; there are none"),
             _ => format!("{no_such}; there are {}", list(valid).replace(" or ", " and ")),
         };
-        (what, there, "take it out; configs/default.toml lists every setting".to_owned())
+        let where_to_look = match kind {
+            SourceKind::Truth => "configs/truth/bandai-namco.toml is an example",
+            _ => "configs/default.toml lists every setting",
+        };
+        (what, there, format!("take it out; {where_to_look}"))
     }
 
     /// The other sections that have a field of this name, if they are few enough to be meant.
@@ -139,7 +143,7 @@ impl Words<'_> {
         }
         match section {
             "" => "the top level".to_owned(),
-            "source" | "clip" => format!("[[{section}]]"),
+            "source" | "clip" | "rule" => format!("[[{section}]]"),
             _ => format!("[{section}]"),
         }
     }

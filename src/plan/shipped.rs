@@ -34,6 +34,9 @@ pub const PIPELINES: &[Shipped] = shipped!("pipelines": "annotate" "graph" "enri
 /// Configs that ship with the program; the first is the reference of all settings.
 pub const CONFIGS: &[Shipped] = shipped!("configs": "default" "cmu" "bandai-namco");
 
+/// Rules about the classes that names of clips promise, which ship with the program.
+pub const TRUTHS: &[Shipped] = shipped!("configs/truth": "bandai-namco");
+
 /// No settings are larger, bytes.
 const MAX_SETTINGS_BYTES: u64 = 16 << 20;
 
@@ -45,6 +48,16 @@ pub(crate) fn pipeline(name: &str) -> Result<Arc<Source>, PlanError> {
 /// A shipped config by its bare name, or a file.
 pub(crate) fn config(name: &str) -> Result<Arc<Source>, PlanError> {
     find(name, CONFIGS, SourceKind::Config, "config")
+}
+
+/// Shipped rules about names by their bare name, or a file.
+pub(crate) fn truth(name: &str) -> Result<Arc<Source>, PlanError> {
+    find(name, TRUTHS, SourceKind::Truth, "file of rules")
+}
+
+/// Rules about names with every field that they have.
+pub(crate) fn truth_reference() -> Arc<Source> {
+    Source::new(TRUTHS[0].file, TRUTHS[0].text, SourceKind::Truth)
 }
 
 /// `configs/default.toml` with the settings that are off by default switched on: an example of every field.
