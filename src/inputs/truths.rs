@@ -1,0 +1,179 @@
+//! Files of truth about clips, and which clip each of them is about.
+
+use super::names::path_text;
+use super::walk::walk;
+use std::collections::{BTreeMap, BTreeSet};
+use std::path::{Path, PathBuf};
+
+/// What the name of such a file ends in, behind the name of its clip.
+pub const TRUTH_SUFFIX: &str = ".truth.csv";
+
+/// The files of truth below a folder.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct TruthFiles {
+    /// `[clip]`: its file, if it has one.
+    pub of_clip: Vec<Option<PathBuf>>,
+    /// Files that are about none of the clips, sorted.
+    pub unused: Vec<PathBuf>,
+}
+
+/// Why it can't be told which file is about which clip.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+#[non_exhaustive]
+pub enum TruthFileError {
+    /// Nothing there, or not to be looked at.
+    #[error("{path} can't be read: {reason}")]
+    Absent {
+        /// The folder, as the user named it, or one below it.
+        path: String,
+        /// The system's words.
+        reason: String,
+    },
+    /// Several files fit a clip equally well.
+    #[error("{} and {} are both called as clip {clip}", files[0], files[1])]
+    SeveralFiles {
+        /// Its full name.
+        clip: String,
+        /// The first two.
+        files: [String; 2],
+    },
+    /// A file fits several clips equally well.
+    #[error("{file} is called as clips {} and {}", clips[0], clips[1])]
+    SeveralClips {
+        /// The file.
+        file: String,
+        /// The first two, by their full names.
+        clips: [String; 2],
+    },
+}
+
+/// Finds the file of each clip, at any depth below the folder: `source/name.truth.csv`, failing that `name.truth.csv`,
+/// failing that the last component of the name. A file that is one clip's by a longer name is no other's by a shorter.
+///
+/// `clips`: source and name of each.
+///
+/// # Errors
+/// [`TruthFileError`].
+pub fn find_truth_files(folder: &Path, clips: &[(&str, &str)]) -> Result<TruthFiles, TruthFileError> {
+    let walked = walk(folder, |name| name.to_string_lossy().ends_with(TRUTH_SUFFIX));
+    if let Some((below, reason)) = walked.obstacles.iter().find_map(|obstacle| obstacle.folder()) {
+        let path = if below.as_os_str().is_empty() { folder.to_owned() } else { folder.join(below) };
+        return Err(TruthFileError::Absent { path: path.display().to_string(), reason });
+    }
+    let mut files: Vec<(String, PathBuf)> =
+        walked.files.into_iter().map(|file| (path_text(&file.below), file.below)).collect();
+    files.sort();
+    let mut by_last: BTreeMap<&str, Vec<usize>> = BTreeMap::new();
+    for (at, (text, _)) in files.iter().enumerate() {
+        by_last.entry(last_component(stem(text))).or_default().push(at);
+    }
+    let mut file_of_clip: Vec<Option<usize>> = vec![None; clips.len()];
+    let mut taken = BTreeSet::new();
+    let shown = |at: usize| folder.join(&files[at].1).display().to_string();
+    let full_name = |clip: usize| format!("{}/{}", clips[clip].0, clips[clip].1);
+    let rules: [fn(&str, &str) -> String; 3] = [
+        |source, name| format!("{source}/{name}"),
+        |_, name| name.to_owned(),
+        |_, name| last_component(name).to_owned(),
+    ];
+    for rule in rules {
+        let mut clip_of_file: BTreeMap<usize, usize> = BTreeMap::new();
+        for (clip, (source, name)) in clips.iter().enumerate().filter(|&(clip, _)| file_of_clip[clip].is_none()) {
+            let wanted = rule(source, name);
+            let called = by_last.get(last_component(&wanted)).into_iter().flatten().copied();
+            let mut fits = called.filter(|at| !taken.contains(at) && is_called(stem(&files[*at].0), &wanted));
+            let Some(first) = fits.next() else { continue };
+            if let Some(second) = fits.next() {
+                return Err(TruthFileError::SeveralFiles {
+                    clip: full_name(clip),
+                    files: [shown(first), shown(second)],
+                });
+            }
+            if let Some(other) = clip_of_file.insert(first, clip) {
+                return Err(TruthFileError::SeveralClips {
+                    file: shown(first),
+                    clips: [full_name(other), full_name(clip)],
+                });
+            }
+        }
+        for (file, clip) in clip_of_file {
+            file_of_clip[clip] = Some(file);
+            taken.insert(file);
+        }
+    }
+    let path = |at: usize| folder.join(&files[at].1);
+    Ok(TruthFiles {
+        of_clip: file_of_clip.iter().map(|file| file.map(path)).collect(),
+        unused: (0..files.len()).filter(|at| !taken.contains(at)).map(path).collect(),
+    })
+}
+
+/// Whether a path ends in a name, at the border of a folder.
+fn is_called(path: &str, name: &str) -> bool {
+    path.strip_suffix(name).is_some_and(|before| before.is_empty() || before.ends_with('/'))
+}
+
+fn stem(path: &str) -> &str {
+    path.strip_suffix(TRUTH_SUFFIX).unwrap_or(path)
+}
+
+fn last_component(name: &str) -> &str {
+    name.rsplit('/').next().unwrap_or(name)
+}
+
+#[cfg(test)]
+mod tests {
+    #![expect(clippy::unwrap_used, reason = "tests")]
+    use super::*;
+    use std::fs;
+
+    fn found(files: &[&str], clips: &[(&str, &str)]) -> Result<Vec<String>, String> {
+        let folder = tempfile::tempdir().unwrap();
+        for file in files {
+            let path = folder.path().join(file);
+            fs::create_dir_all(path.parent().unwrap()).unwrap();
+            fs::write(path, "").unwrap();
+        }
+        let root = format!("{}/", folder.path().display());
+        let short = |path: &PathBuf| path.display().to_string().replace(&root, "");
+        match find_truth_files(folder.path(), clips) {
+            Ok(found) => {
+                let mut names: Vec<String> =
+                    found.of_clip.iter().map(|file| file.as_ref().map_or("-".to_owned(), short)).collect();
+                names.extend(found.unused.iter().map(|file| format!("unused {}", short(file))));
+                Ok(names)
+            }
+            Err(error) => Err(error.to_string().replace(&root, "")),
+        }
+    }
+
+    #[test]
+    fn the_longest_name_that_fits_counts() {
+        let clips = [("a", "p/walk"), ("b", "walk"), ("b", "run"), ("b", "jump")];
+        let files = ["p/walk.truth.csv", "b/walk.truth.csv", "x/y/run.truth.csv", "run.csv", "hop.truth.csv"];
+        assert_eq!(
+            found(&files, &clips).unwrap(),
+            ["p/walk.truth.csv", "b/walk.truth.csv", "x/y/run.truth.csv", "-", "unused hop.truth.csv"]
+        );
+        // The only file is that of the clip whose whole name it has.
+        assert_eq!(
+            found(&["p/walk.truth.csv"], &[("a", "p/walk"), ("a", "q/walk")]).unwrap(),
+            ["p/walk.truth.csv", "-"]
+        );
+        // `bwalk` is not called `walk`.
+        assert_eq!(found(&["bwalk.truth.csv"], &[("b", "walk")]).unwrap(), ["-", "unused bwalk.truth.csv"]);
+    }
+
+    #[test]
+    fn what_can_mean_two_is_an_error() {
+        assert_eq!(
+            found(&["walk.truth.csv", "old/walk.truth.csv"], &[("a", "walk")]).unwrap_err(),
+            "old/walk.truth.csv and walk.truth.csv are both called as clip a/walk"
+        );
+        assert_eq!(
+            found(&["walk.truth.csv"], &[("a", "p/walk"), ("a", "q/walk")]).unwrap_err(),
+            "walk.truth.csv is called as clips a/p/walk and a/q/walk"
+        );
+        assert!(find_truth_files(Path::new("no/such/folder"), &[]).is_err());
+    }
+}
