@@ -444,7 +444,7 @@ fn the_examples_in_the_help_work() {
     }
     let program = Path::new(env!("CARGO_BIN_EXE_motionmill"));
     let path = format!("{}:{}", program.parent().unwrap().display(), std::env::var("PATH").unwrap());
-    for verb in ["run", "inspect", "search", "export", "synth", "check", "verify"] {
+    for verb in ["run", "inspect", "search", "export", "synth", "evaluate", "check", "verify"] {
         let help = mill(copy.path(), &[verb, "--help"]).out;
         let examples: Vec<&str> = help
             .lines()

@@ -1,7 +1,7 @@
 //! The command line's words: what each verb takes, and the help that teaches it.
 
 use crate::plan::{Plan, PlanError};
-use clap::{Args, Parser, Subcommand, ValueEnum};
+use clap::{ArgGroup, Args, Parser, Subcommand, ValueEnum};
 use std::path::PathBuf;
 
 /// Turns a folder of motion captures into a corpus: Parquet tables of every frame, a graph of where each clip
@@ -30,6 +30,8 @@ pub(crate) enum Verb {
     Export(Export),
     /// Make procedural captures, with the truth about every frame
     Synth(Synth),
+    /// Compare labels with truth: contacts, strikes and lift-offs, gaits
+    Evaluate(Evaluate),
     /// Validate a pipeline, a config and inputs without working
     Check(Check),
     /// Read every file of a corpus again and compare it with its record
@@ -231,6 +233,51 @@ pub(crate) struct Synth {
     /// Folder to write to
     #[arg(long, short, value_name = "DIR")]
     pub(crate) out: PathBuf,
+}
+
+#[derive(Debug, Args)]
+#[command(group(ArgGroup::new("known").args(["truth", "procedural", "names"]).required(true).multiple(true)))]
+#[command(after_help = "Examples:
+  motionmill evaluate demo/corpus --procedural
+  motionmill evaluate demo/corpus --truth demo/captures --by-clip --min-confidence 0.8
+
+A file of truth has a header, frame,left,right,gait, and a row for every frame of its clip: whether a foot is on
+the ground (1 or 0), and stand, walk, run, jump or unknown. What nobody knows is left empty, or its column out.
+`motionmill synth` writes such files.
+
+Rules are a TOML file; the first that fits somewhere in source/name decides, a clip that none fits is left out:
+  [[rule]]
+  name = \"_(run|dash)_\"
+  gait = \"run\"
+
+Exit codes: 0 compared; 2 arguments or rules; 1 nothing could be compared, or truth that can't be used.")]
+pub(crate) struct Evaluate {
+    /// The corpus
+    pub(crate) corpus: PathBuf,
+    /// A folder with truth of frames: NAME.truth.csv for a clip called NAME, at any depth
+    #[arg(long, value_name = "DIR")]
+    pub(crate) truth: Option<PathBuf>,
+    /// Truth of the people that the program made for the corpus, made again
+    #[arg(long)]
+    pub(crate) procedural: bool,
+    /// Truth of whole clips by their names: shipped rules (bandai-namco) or a file of your own
+    #[arg(long, value_name = "RULES")]
+    pub(crate) names: Option<String>,
+    /// Only clips with a regular expression that fits somewhere in source/name
+    #[arg(long, value_name = "REGEX")]
+    pub(crate) name: Option<String>,
+    /// Only clips of a source, by its label
+    #[arg(long, value_name = "LABEL")]
+    pub(crate) source: Option<String>,
+    /// Says besides how many clips of at least this confidence are of the wrong class
+    #[arg(long, value_name = "0..1", value_parser = share)]
+    pub(crate) min_confidence: Option<f64>,
+    /// Lists the clips, the worst first
+    #[arg(long)]
+    pub(crate) by_clip: bool,
+    /// Prints JSON
+    #[arg(long)]
+    pub(crate) json: bool,
 }
 
 #[derive(Debug, Args)]

@@ -3,13 +3,16 @@
 //! Results go to standard output, progress and messages to standard error. Exit codes: 0 done; 2 arguments, config or
 //! plan; 1 anything else that prevents or ends the work; 3 done with quarantined clips; 130 interrupted (resumable).
 //!
-//! One file a verb; `overview`, `distrust`, `faults`, `made` and `clip_page` are the parts of `inspect`.
+//! One file a verb; `overview`, `distrust`, `faults`, `made` and `clip_page` are the parts of `inspect`,
+//! `truths` and `evaluation` those of `evaluate`.
 
 mod args;
 mod check;
 mod clip_page;
 mod compact;
 mod distrust;
+mod evaluate;
+mod evaluation;
 mod export;
 mod faults;
 mod inspect;
@@ -25,6 +28,7 @@ mod strip;
 mod synth;
 mod table;
 mod timeline;
+mod truths;
 mod verify;
 
 use args::{Cli, Verb};
@@ -52,6 +56,7 @@ pub fn main() -> ExitCode {
         Verb::Search(args) => give(search::search(&args)),
         Verb::Export(args) => give(export::export(&args)),
         Verb::Synth(args) => synth::synth(&args),
+        Verb::Evaluate(args) => give(evaluate::evaluate(&args)),
         Verb::Check(args) => give(check::check(&args)),
         Verb::Verify(args) => give(verify::verify(&args)),
         Verb::Compact(args) => compact::compact(&args),

@@ -91,7 +91,8 @@ pub(super) fn clip_json(clip: &ClipRow) -> Value {
     value
 }
 
-fn pattern(text: &str) -> Result<Regex, Refusal> {
+/// The regular expression of `--name`.
+pub(super) fn pattern(text: &str) -> Result<Regex, Refusal> {
     Regex::new(text).map_err(|error| {
         // The last line says what; those before draw where.
         let what = error.to_string();

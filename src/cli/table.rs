@@ -22,7 +22,7 @@ impl Table {
     }
 
     /// Adds a row; cells beyond the columns are left out.
-    pub(super) fn row<const N: usize>(&mut self, cells: [String; N]) {
+    pub(super) fn row(&mut self, cells: impl IntoIterator<Item = String>) {
         self.rows.push(cells.into_iter().take(self.sides.len()).collect());
     }
 

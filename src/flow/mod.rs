@@ -38,7 +38,7 @@ mod tree;
 mod work;
 
 pub use compact::compact;
-pub use run::{Dataflow, RunError, RunReport, RunRequest, run};
+pub use run::{Dataflow, RunError, RunReport, RunRequest, noted_plan, run};
 
 /// Clips without text of one shard, for tests of operators: at the first time of worker 0, and nothing after.
 #[cfg(test)]

@@ -412,7 +412,7 @@ fn note_plan(manifest: &mut Manifest, plan: &Plan) {
 }
 
 /// The plan that a corpus was made by, if a program of this version can tell.
-pub(super) fn noted_plan(manifest: &Manifest) -> Option<Plan> {
+pub fn noted_plan(manifest: &Manifest) -> Option<Plan> {
     serde_json::from_value(manifest.plan.clone()).ok()
 }
 
