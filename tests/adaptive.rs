@@ -1,4 +1,8 @@
 //! The adaptive detector and the classifier of gaits against the slow reference, clip by clip and frame by frame.
+//!
+//! When the detector was as CONTACTS 2 has it, no token, no gait frame and no estimate differed. What differs since, and
+//! why: noise is estimated in a way that doesn't depend on where the clip faces, which moves single frames of noisy or
+//! fast clips; jumps among stands make a clip a jump.
 
 use crate::captures::{CMU_UNIT_M, amc, bvh, clip};
 use crate::{golden, shared_data};
@@ -41,10 +45,9 @@ fn tokens_gaits_and_estimates_are_the_references() {
         let number = |field: &str| line[field].as_f64().unwrap();
         assert!((feet.leg_length_m - number("leg")).abs() < 1e-5, "{file}");
         let diagnosis = contacts.diagnosis.as_ref().unwrap();
-        // Estimated from places on the ground, not from each coordinate: within a third where there is any.
         let noise_m = number("noise");
         assert!(
-            (diagnosis.noise_m - noise_m).abs() < 1e-4 + 0.33 * noise_m,
+            (diagnosis.noise_m - noise_m).abs() < 1e-4 + 0.25 * noise_m,
             "{file}: {}, not {noise_m}",
             diagnosis.noise_m
         );
@@ -66,20 +69,19 @@ fn tokens_gaits_and_estimates_are_the_references() {
             println!("{file}: {differing_gaits} gaits differ");
         }
         let summary = clip_gait(&gaits, contacts.evidence()).unwrap();
-        if summary.class.name() != line["class"] || (summary.confidence - number("confidence")).abs() > 1e-4 {
-            println!(
-                "{file}: {} {}, not {} {}",
-                summary.class.name(),
-                summary.confidence,
-                line["class"],
-                number("confidence")
-            );
-        }
+        let class = if file.ends_with("02_04.amc") { "jump" } else { line["class"].as_str().unwrap() };
+        assert_eq!(summary.class.name(), class, "{file}");
+        let sure = number("confidence");
+        assert!(
+            (summary.confidence - sure).abs() < 0.03 || class == "jump",
+            "{file}: {}, not {sure}",
+            summary.confidence
+        );
         assert_eq!(machine_class(&machine_gaits(&tokens)).name(), line["thesis_class"], "{file}");
         frames += tokens.len();
         other_tokens += differing.len();
         other_gaits += differing_gaits;
     }
     println!("{frames} frames, {other_tokens} tokens and {other_gaits} gaits differ");
-    assert_eq!((other_tokens, other_gaits), (0, 0));
+    assert!(other_tokens <= 3 && other_gaits == 0);
 }

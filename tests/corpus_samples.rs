@@ -148,6 +148,7 @@ pub(crate) fn clip_row(dice: &mut Dice, clip_id: u32) -> ClipRow {
             ground_slope_z: dice.maybe(Dice::f32),
             ground_slope_share: dice.maybe(Dice::f32),
             uneven: dice.maybe(|dice| dice.below(2) == 0),
+            belt_mps: dice.maybe(Dice::f32),
             noise_m: dice.maybe(Dice::f32),
             noise_spread_m: dice.maybe(Dice::f32),
             gait_class: dice.maybe(|dice| dice.pick(&GAITS)),

@@ -286,7 +286,7 @@ fn columns_are_those_of_the_schema() {
         stand_fraction f32?, walk_fraction f32?, run_fraction f32?, jump_fraction f32?, unknown_fraction f32?,
         gait_confidence f32?, duty_factor f32?, flight_fraction f32?, checks list<str>, warnings u32, up_axis str,
         leg_spread_m f32?, ground_spread_m f32?, ground_slope_x f32?, ground_slope_z f32?, ground_slope_share f32?,
-        uneven bool?, noise_spread_m f32?";
+        uneven bool?, belt_mps f32?, noise_spread_m f32?";
     // The last three are additions.
     let skeletons = "skeleton str, layout str, format str, joints list<str>, parents list<i32>, roles list<str?>,
         channels list<str>, offsets list<f64>, end_offsets list<f64?>, axis list<f64?>, axis_order list<str?>,

@@ -155,6 +155,7 @@ fn clip_labels(
         travel_in_legs: travel_m(root) / feet.leg_length_m.max(1e-3),
         feet_rest_apart: ground.feet_rest_apart,
         uneven: ground.uneven == Some(true),
+        treadmill: ground.belt_mps.is_some_and(|belt_mps| belt_mps > 0.0),
     };
     let fraction = |gait: Gait| Some(clip.fractions[gait as usize] as f32);
     let number = |value: Option<f64>| value.map(|value| value as f32);
@@ -168,6 +169,7 @@ fn clip_labels(
         ground_slope_z: number(ground.tilt.map(|tilt| tilt.slope[1])),
         ground_slope_share: number(ground.tilt.map(|tilt| tilt.share)),
         uneven: ground.uneven,
+        belt_mps: number(ground.belt_mps),
         noise_m: number(diagnosis.map(|diagnosis| diagnosis.noise_m)),
         noise_spread_m: number(diagnosis.map(|diagnosis| diagnosis.noise_spread_m)),
         gait_class: Some(clip.class),

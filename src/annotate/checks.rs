@@ -33,6 +33,8 @@ pub struct Facts {
     pub feet_rest_apart: bool,
     /// Whether each plant has a level of its own.
     pub uneven: bool,
+    /// Whether a belt's speed was taken off.
+    pub treadmill: bool,
 }
 
 /// The checks that a clip doesn't pass, in a fixed order:
@@ -44,6 +46,7 @@ pub struct Facts {
 /// - `feet-rest-apart`: one foot rests more than 3 cm higher than the other (it never rested, or the floor isn't flat);
 /// - `uneven-ground`: the body is carried where no foot is near its rest, so that every plant has a level of its own;
 ///   what hands carry is not known;
+/// - `treadmill`: the feet stand on a belt (or the way was taken out of the clip), whose speed was taken off to find plants;
 /// - `low-confidence`: the confidence in the clip's gait is below 0.8.
 pub fn checks(facts: &Facts) -> Vec<String> {
     let duty = |wrong: fn(f64) -> bool| facts.duty_factor.is_some_and(wrong);
@@ -54,6 +57,7 @@ pub fn checks(facts: &Facts) -> Vec<String> {
         ("no-step", facts.n_steps == 0 && !facts.jumps && facts.travel_in_legs > TRAVEL_IN_LEGS),
         ("feet-rest-apart", facts.feet_rest_apart),
         ("uneven-ground", facts.uneven),
+        ("treadmill", facts.treadmill),
         ("low-confidence", facts.confidence < SURE),
     ];
     findings.into_iter().filter(|(_, found)| *found).map(|(name, _)| name.to_owned()).collect()
@@ -75,6 +79,7 @@ mod tests {
             travel_in_legs: 3.0,
             feet_rest_apart: false,
             uneven: false,
+            treadmill: false,
         };
         assert!(checks(&good).is_empty());
         for (facts, wanted) in [
@@ -84,6 +89,7 @@ mod tests {
             (Facts { n_steps: 0, class: Gait::Unknown, duty_factor: None, ..good.clone() }, "no-step"),
             (Facts { feet_rest_apart: true, ..good.clone() }, "feet-rest-apart"),
             (Facts { uneven: true, ..good.clone() }, "uneven-ground"),
+            (Facts { treadmill: true, ..good.clone() }, "treadmill"),
             (Facts { confidence: 0.79, ..good.clone() }, "low-confidence"),
         ] {
             assert_eq!(checks(&facts), [wanted]);

@@ -17,7 +17,8 @@ const NO_STEP_CONFIDENCE: f64 = 0.5;
 /// The gait of a clip.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ClipGait {
-    /// The class with at least nine tenths of the known frames, else `other`; `unknown` if less than half is known.
+    /// The class with at least nine tenths of the known frames; `jump` where jumps have a third of them and the rest are
+    /// stands; else `other`; `unknown` if less than half is known.
     pub class: Gait,
     /// Share of the frames of each of [`FRAME_GAITS`].
     pub fractions: [f64; 5],
@@ -26,7 +27,14 @@ pub struct ClipGait {
     pub confidence: f64,
 }
 
+/// Jumps with stands between them make a jump clip if they have this share of its known frames.
+const JUMPS_AMONG_STANDS: f64 = 1.0 / 3.0;
+
 /// Class, fractions and confidence of a clip (3.8). None: no frames.
+///
+/// Where CONTACTS calls a clip of separate standing jumps `other`, it is a jump here: stands are no other gait than the
+/// jumps that begin and end in them, T 3.2's grammar `(BN)+B` lets both feet stay as long as they like, and who looks
+/// for jumps wants them. Its stands are still stands, frame by frame and in its segments.
 pub fn clip_gait(gaits: &StepGaits, evidence: Evidence<'_>) -> Option<ClipGait> {
     let n_frames = gaits.gaits.len();
     if n_frames == 0 {
@@ -43,10 +51,14 @@ pub fn clip_gait(gaits: &StepGaits, evidence: Evidence<'_>) -> Option<ClipGait> 
             (top, most) = (*gait, counts[*gait as usize]);
         }
     }
+    let [jumps, stands] = [Gait::Jump, Gait::Stand].map(|gait| counts[gait as usize]);
     let class = if 2 * n_known < n_frames {
         Gait::Unknown
     } else if 10 * most >= 9 * n_known {
         top
+    } else if jumps + stands == n_known && jumps as f64 >= JUMPS_AMONG_STANDS * n_known as f64 {
+        (top, most) = (Gait::Jump, n_known);
+        Gait::Jump
     } else {
         Gait::Other
     };
@@ -189,9 +201,21 @@ mod tests {
         assert_eq!(clip("L.3").unwrap().class, Gait::Unknown);
         assert_eq!(clip("L.3").unwrap().confidence, 0.0);
         assert_eq!(clip("B9 L.25 N.2 L.25 N.3 L.0").unwrap().class, Gait::Stand);
-        let mixed = clip("B1 N.4 B1").unwrap();
+        let mixed = clip("B1 L.4 B.15 R.4 B.15 L.4").unwrap();
         assert_eq!(mixed.class, Gait::Other);
-        assert!((mixed.fractions[1] - 1.0 / 3.0).abs() < 0.01 && (mixed.fractions[4] - 2.0 / 3.0).abs() < 0.01);
+        assert!(mixed.confidence < 0.8, "{}", mixed.confidence);
+    }
+
+    #[test]
+    fn separate_standing_jumps_are_a_clip_of_jumps() {
+        let clip = |text: &str| clip_gait(&read(text), Evidence::default()).unwrap();
+        let jump = clip("B1 N.4 B1");
+        assert_eq!((jump.class, jump.confidence), (Gait::Jump, 1.0));
+        assert!((jump.fractions[1] - 1.0 / 3.0).abs() < 0.01 && (jump.fractions[4] - 2.0 / 3.0).abs() < 0.01);
+        assert_eq!(clip("B3 N.4 B4 N.4 B2").class, Gait::Other, "too few");
+        assert_eq!(clip("B3 N.4 B3 N.4 B2").class, Gait::Jump);
+        assert_eq!(clip("B30 N.4 B1").class, Gait::Stand);
+        assert_eq!(clip("B1 N.4 B1 L.4 B.15 R.4 B.15 L.4 B.15").class, Gait::Other, "steps are no stand");
     }
 
     #[test]

@@ -129,6 +129,7 @@ pub struct ClipLabels {
     pub ground_slope_z: Option<f32>,
     pub ground_slope_share: Option<f32>,
     pub uneven: Option<bool>,
+    pub belt_mps: Option<f32>,
     pub noise_m: Option<f32>,
     pub noise_spread_m: Option<f32>,
     pub gait_class: Option<Gait>,

@@ -8,6 +8,7 @@ use super::noise::{self, smooth_noise};
 use super::repair::{DEVIATION_IN_MAD, repair};
 use super::resting_height::{RestingHeights, resting_heights_where};
 use super::tilt::ground_tilt;
+use super::treadmill::{belt_velocity, over_ground};
 use super::uneven::{is_uneven, plant_levels};
 use super::{Contacts, Diagnosis, EVIDENCE_HEIGHT_M, Ground, PINNED_SHARE};
 use crate::annotate::labels::Foot;
@@ -50,9 +51,20 @@ pub const CONSTANTS: &[(&str, f64)] = &[
 
 /// The adaptive detector (CONTACTS 2). A foot without a toe is judged by its ankle alone.
 ///
-/// A clip shorter than two baselines of 1/30 s is judged over shorter ones, a single frame by its heights alone. No
+/// A belt's velocity is taken off first. A clip shorter than two baselines of 1/30 s is judged over shorter ones, a single frame by its heights alone. No
 /// frames give no labels.
 pub fn adaptive_contacts(poses: &Poses, roles: &RoleMap, feet: &FootPaths) -> Contacts {
+    let Some(belt) = belt_velocity(poses, roles, feet) else { return contacts_at_rest(poses, roles, feet, 0.0) };
+    let poses = over_ground(poses, belt * feet.scale, feet.rate_hz);
+    let mut moved = feet.clone();
+    for path in moved.paths.iter_mut().flatten() {
+        path.iter_mut().enumerate().for_each(|(frame, place)| *place -= belt * (frame as f64 / feet.rate_hz));
+    }
+    contacts_at_rest(&poses, roles, &moved, belt.length())
+}
+
+/// Contacts on ground that is at rest, after a belt of that speed was taken off, scaled m/s.
+fn contacts_at_rest(poses: &Poses, roles: &RoleMap, feet: &FootPaths, belt_mps: f64) -> Contacts {
     let mut feet = feet.clone();
     let n_frames = feet.n_frames;
     let knees = [Role::KneeLeft, Role::KneeRight].map(|knee| scaled_path(poses, roles, knee, feet.scale));
@@ -97,6 +109,7 @@ pub fn adaptive_contacts(poses: &Poses, roles: &RoleMap, feet: &FootPaths) -> Co
         spread_m: ground_spread(&feet, &above, |joint, frame| slow(joint, frame, REST_SHARE)).map(|sd| sd * scale),
         tilt,
         uneven: Some(uneven),
+        belt_mps: Some(belt_mps * scale),
         feet_rest_apart: rest.apart,
     };
     let ground_m = FEET.map(|foot| {

@@ -9,7 +9,7 @@
 //! repair        samples that break a bone's length             force            weight on the feet
 //! noise         its estimate, and smoothing                    uneven           levels, where it is no plane
 //! foot_speeds   speeds, and what counts as still               decode           evidence -> tokens
-//! tilt          the ground's slope
+//! tilt          the ground's slope                              treadmill        a belt's velocity, taken off first
 //! ```
 
 pub mod adaptive;
@@ -23,6 +23,7 @@ pub mod repair;
 pub mod resting_height;
 pub mod thesis;
 pub mod tilt;
+pub mod treadmill;
 pub mod uneven;
 
 use self::foot_paths::FootPaths;
@@ -132,6 +133,8 @@ pub struct Ground {
     pub tilt: Option<tilt::Tilt>,
     /// Each plant has its own level (stairs, boxes). None: not looked for.
     pub uneven: Option<bool>,
+    /// Speed of the belt that the feet stand on, m/s, 0 where the ground is at rest. None: not looked for.
+    pub belt_mps: Option<f64>,
     /// A joint's own resting height was replaced by the other foot's, which lies far lower.
     pub feet_rest_apart: bool,
 }

@@ -35,8 +35,8 @@ pub struct Noise {
 /// Estimates the noise, and smooths the paths if there is enough of it.
 ///
 /// A joint's estimates come from the lower quartile of the third difference, which looks at stance, where motion is
-/// smallest: one of its height, one of its place on the ground, which counts twice as it has two coordinates. Their
-/// median counts. (CONTACTS 2.3 takes each coordinate by itself, so that a clip that is turned has other noise.)
+/// smallest: one of its height, one of its place on the ground. Their median counts. (CONTACTS 2.3 takes each coordinate
+/// by itself, so that a clip that is turned has other noise.)
 pub fn smooth_noise(feet: &mut FootPaths) -> Noise {
     let (sd_m, spread_m) = noise(feet);
     let smoothing_s = LONGEST_SMOOTHING_S.min(SMOOTHING_S_PER_M * (sd_m - QUIET_M).max(0.0));
@@ -59,7 +59,7 @@ fn noise(feet: &FootPaths) -> (f64, f64) {
     }
     let mut upright = vec![0.0; feet.n_frames - 3];
     let mut level = upright.clone();
-    let mut estimates = Vec::with_capacity(12);
+    let mut estimates = Vec::with_capacity(8);
     for path in feet.paths.iter().flatten() {
         for ((upright, level), four) in upright.iter_mut().zip(&mut level).zip(path.windows(4)) {
             // As differences of differences: a clip far from the origin has no more noise than one near it.
@@ -71,7 +71,7 @@ fn noise(feet: &FootPaths) -> (f64, f64) {
         let unit = THIRD_DIFFERENCE_VARIANCE.sqrt();
         let quartile = |values: &mut [f64]| percentile(values, 25.0).unwrap_or(0.0);
         let on_ground = quartile(&mut level).sqrt() / PLANE_QUARTILE / unit;
-        estimates.extend([quartile(&mut upright) / NORMAL_QUARTILE / unit, on_ground, on_ground]);
+        estimates.extend([quartile(&mut upright) / NORMAL_QUARTILE / unit, on_ground]);
     }
     let middle = median(&mut estimates).unwrap_or(0.0);
     for estimate in &mut estimates {

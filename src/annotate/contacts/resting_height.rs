@@ -103,7 +103,7 @@ fn low_mode(mut heights: Vec<f64>) -> Option<f64> {
 }
 
 /// Keeps the tightest half of sorted values (the lowest of equals) until three or fewer are left; their mean.
-fn half_sample_mode(mut sorted: &[f64]) -> Option<f64> {
+pub(super) fn half_sample_mode(mut sorted: &[f64]) -> Option<f64> {
     while sorted.len() > 3 {
         let half = sorted.len().div_ceil(2);
         let mut tightest = (f64::INFINITY, 0);

@@ -143,6 +143,7 @@ impl ClipRow {
 const HERTZ: &[(&str, &str)] = &[("unit", "Hz")];
 const FILE_UNITS: &[(&str, &str)] = &[("unit", "file"), ("space", "file")];
 const RISE_OVER_RUN: &[(&str, &str)] = &[("unit", "m/m")];
+const METERS_A_SECOND: &[(&str, &str)] = &[("unit", "m/s")];
 const METERS_A_UNIT: &[(&str, &str)] = &[("unit", "m/file")];
 
 impl RowTable for ClipRow {
@@ -198,6 +199,7 @@ impl RowTable for ClipRow {
             .f32_opt("ground_slope_z", RISE_OVER_RUN, label!(ground_slope_z))
             .f32_opt("ground_slope_share", PLAIN, label!(ground_slope_share))
             .bool_opt("uneven", label!(uneven))
+            .f32_opt("belt_mps", METERS_A_SECOND, label!(belt_mps))
             .f32_opt("noise_spread_m", METERS, label!(noise_spread_m))
     }
 
@@ -258,7 +260,7 @@ fn labels(rows: &Rows<'_>) -> Result<Vec<ClipLabels>, CorpusError> {
         )*};
     }
     numbers!(leg_length_m leg_spread_m ground_height_m ground_spread_m ground_slope_x ground_slope_z ground_slope_share);
-    numbers!(noise_m noise_spread_m stand_fraction walk_fraction run_fraction jump_fraction unknown_fraction);
+    numbers!(belt_mps noise_m noise_spread_m stand_fraction walk_fraction run_fraction jump_fraction unknown_fraction);
     numbers!(gait_confidence duty_factor flight_fraction);
     let gait = |word: Option<&str>| word.map(|word| super::gait(rows, word)).transpose();
     let (gait_class, thesis_class) = (rows.str_opt("gait_class")?, rows.str_opt("thesis_class")?);
