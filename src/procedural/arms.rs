@@ -2,7 +2,7 @@
 
 use super::body::{Body, rotation_between};
 use super::path::smoothstep;
-use super::plan::Flight;
+use super::plan::{Flight, Leap};
 use super::skeleton::joint;
 use super::style::Style;
 use crate::motion::Axis;
@@ -22,6 +22,10 @@ pub enum Gesture {
     Point,
     /// Fist before the chest, then forward and back, again and again.
     Punch,
+    /// To something in front at the height of the shoulder (higher and lower with the size), held, and back.
+    Reach,
+    /// Forearm held forward, as below a box; for both arms.
+    Carry,
 }
 
 /// A gesture of one arm at some time.
@@ -62,6 +66,8 @@ pub(crate) struct Beat {
     /// Cycles, whole where the left foot strikes.
     pub(crate) stride: f64,
     pub(crate) speed_mps: f64,
+    /// 1: the left arm is ahead where the right foot strikes; -1: behind, in a walk backwards.
+    pub(crate) ahead: f64,
 }
 
 /// How far the arms run ahead of the legs that they swing against, cycles, in a walk and in a run: gives the measured
@@ -83,7 +89,7 @@ impl ArmPose {
 /// The pose of one arm (0 left, 1 right).
 pub(crate) fn arm_pose(flights: &[Flight], style: &Style, actions: &[ArmAction], side: usize, beat: &Beat) -> ArmPose {
     let mut pose = swinging(style, side, beat);
-    for flight in flights.iter().filter(|flight| flight.jump) {
+    for flight in flights.iter().filter(|flight| flight.leap == Leap::Jump) {
         pose = jumping(pose, flight, beat.time_s);
     }
     for action in actions.iter().filter(|action| action.side as usize == side) {
@@ -130,7 +136,7 @@ fn swinging(style: &Style, side: usize, beat: &Beat) -> ArmPose {
         let cycles = beat.stride + lead + if side == 0 { 0.5 } else { 0.0 };
         libm::cos(core::f64::consts::TAU * cycles)
     };
-    let walk_forward = forward(LEAD[0]);
+    let walk_forward = forward(LEAD[0]) * beat.ahead;
     let walk_rad = style.arm_swing * (0.12 + 0.16 * beat.speed_mps).min(0.5);
     let walk = ArmPose {
         flex: -0.05 + walk_rad * walk_forward,
@@ -184,6 +190,8 @@ fn gesturing(action: &ArmAction, since_s: f64) -> ArmPose {
         }
         Gesture::Raise => ArmPose { flex: 2.75 * size.min(1.08), abduct: 0.18, twist: -0.1, elbow: 0.2 },
         Gesture::Point => ArmPose { flex: 1.5 * size, abduct: 0.12, twist: -0.3, elbow: 0.12 },
+        Gesture::Reach => ArmPose { flex: 1.25 * size, abduct: 0.10, twist: -0.1, elbow: 0.35 },
+        Gesture::Carry => ArmPose { flex: 0.25 * size, abduct: 0.06, twist: -0.15, elbow: 1.35 },
         Gesture::Punch => {
             let guard = ArmPose { flex: 0.55, abduct: 0.15, twist: -0.35, elbow: 2.15 };
             let out = ArmPose { flex: 1.5 * size.min(1.1), abduct: 0.05, twist: -0.6, elbow: 0.15 };
@@ -237,7 +245,7 @@ mod tests {
             size: 1.0,
         };
         let pose = |time_s, side| {
-            let beat = Beat { time_s, walk: 0.0, run: 0.0, stride: 0.0, speed_mps: 0.0 };
+            let beat = Beat { time_s, walk: 0.0, run: 0.0, stride: 0.0, speed_mps: 0.0, ahead: 1.0 };
             arm_pose(&[], &Style::ORDINARY, &[action], side, &beat)
         };
         assert_eq!(pose(1.0, 1), pose(0.0, 1));
@@ -251,7 +259,7 @@ mod tests {
     fn the_arm_is_ahead_when_the_other_foot_strikes() {
         for (walk, run) in [(1.0, 0.0), (0.0, 1.0)] {
             let flex = |stride, side| {
-                let beat = Beat { time_s: 0.0, walk, run, stride, speed_mps: 2.0 };
+                let beat = Beat { time_s: 0.0, walk, run, stride, speed_mps: 2.0, ahead: 1.0 };
                 arm_pose(&[], &Style::ORDINARY, &[], side, &beat).flex
             };
             assert!(flex(0.0, 1) > flex(0.0, 0) && flex(0.5, 0) > flex(0.5, 1));

@@ -3,7 +3,7 @@
 use super::body::Body;
 use super::pace::{GRAVITY_MPS2, Pace};
 use super::path::{GRID_HZ, gaussian};
-use super::plan::{CROUCH_S, Flight, JUMP_DROP, MID_STANCE, Plan, RECOVERY_S, jump_flight};
+use super::plan::{CROUCH_S, DIP_S, Flight, JUMP_DROP, Leap, MID_STANCE, Plan, RECOVERY_S, jump_flight};
 use super::style::Style;
 use crate::annotate::Gait;
 
@@ -94,7 +94,7 @@ impl Carriage {
     /// Standing height; in a walk lower, and highest in the middle of each single support: the load's double hump.
     fn base_m(&self, plan: &Plan, body: &Body, style: &Style, index: usize) -> f64 {
         let time_s = plan.path.time_s(index);
-        let speed_mps = plan.path.sample(index).speed_mps;
+        let speed_mps = plan.path.sample(index).pace_mps();
         let Some(pace) = plan.pace(time_s) else { return self.stand_m };
         let step_m = 0.5 * pace.stride_s * speed_mps;
         let reach_m = body.reach_m();
@@ -148,41 +148,45 @@ fn spans(plan: &Plan, body: &Body, style: &Style, flights: &[Flight], base: &[f6
         let (takeoff, landing) = states[index];
         let previous = index.checked_sub(1).map(|before| (flights[before], states[before].1));
         match previous {
-            Some((before, landed)) if !flight.jump && takeoff.time_s - landed.time_s < 0.6 && !before.jump => {
-                spans.push(supported(landed, takeoff));
-            }
-            Some((before, landed))
-                if flight.jump && takeoff.time_s - landed.time_s < RECOVERY_S + CROUCH_S + 0.1 && before.jump =>
-            {
+            Some((before, landed)) if joined(&before, flight) && flight.leap == Leap::Jump => {
                 let low = crouch(body, takeoff, landed.time_s + 0.25, takeoff.time_s - 0.27);
                 spans.extend(through(&[landed, low.0, low.1, takeoff]));
             }
-            _ => spans.extend(way_in(plan, body, takeoff, flight.jump, base)),
+            Some((before, landed)) if joined(&before, flight) => spans.push(supported(landed, takeoff)),
+            _ => spans.extend(way_in(plan, body, takeoff, flight.leap, base)),
         }
         spans.push(ballistic(takeoff, landing));
-        let next = flights.get(index + 1);
-        let joined = next.is_some_and(|next| {
-            let gap_s = next.takeoff_s - flight.landing_s;
-            next.jump == flight.jump && gap_s < if flight.jump { RECOVERY_S + CROUCH_S + 0.1 } else { 0.6 }
-        });
-        if !joined {
-            spans.extend(way_out(plan, body, landing, flight.jump, base));
+        if !flights.get(index + 1).is_some_and(|next| joined(flight, next)) {
+            spans.extend(way_out(plan, body, landing, flight.leap, base));
         }
     }
     spans
 }
 
+/// Whether the body does not come to its gait's own height between two flights.
+fn joined(before: &Flight, next: &Flight) -> bool {
+    let most_s = if next.leap == Leap::Jump { RECOVERY_S + CROUCH_S + 0.1 } else { 0.6 };
+    before.leap == next.leap && next.takeoff_s - before.landing_s < most_s
+}
+
 /// The body at both ends of a flight.
 fn flight_ends(plan: &Plan, body: &Body, style: &Style, flight: &Flight) -> (State, State) {
     let flight_s = flight.landing_s - flight.takeoff_s;
-    let (takeoff_m, landing_m) = if flight.jump {
+    let (takeoff_m, landing_m) = match flight.leap {
         // On the toes, legs all but straight.
-        let takeoff_m = body.sole.ankle_m + 0.62 * body.sole.length_m + 0.975 * body.reach_m();
-        (takeoff_m, takeoff_m - JUMP_DROP * body.leg_m())
-    } else {
-        let pace = plan.pace(flight.takeoff_s);
-        let height_m = pace.map_or(body.leg_m(), |pace| run_height_m(&pace, body, style));
-        (height_m, height_m)
+        Leap::Jump => {
+            let takeoff_m = body.sole.ankle_m + 0.62 * body.sole.length_m + 0.975 * body.reach_m();
+            (takeoff_m, takeoff_m - JUMP_DROP * body.leg_m())
+        }
+        Leap::Hop => {
+            let takeoff_m = body.sole.ankle_m + 0.45 * body.sole.length_m + 0.97 * body.reach_m();
+            (takeoff_m, takeoff_m - JUMP_DROP * body.leg_m())
+        }
+        Leap::Step => {
+            let pace = plan.pace(flight.takeoff_s);
+            let height_m = pace.map_or(body.leg_m(), |pace| run_height_m(&pace, body, style));
+            (height_m, height_m)
+        }
     };
     let takeoff_mps = (landing_m - takeoff_m) / flight_s + 0.5 * GRAVITY_MPS2 * flight_s;
     let state = |time_s, height_m, speed_mps| State { time_s, height_m, speed_mps, acceleration_mps2: -GRAVITY_MPS2 };
@@ -229,9 +233,15 @@ fn quintic(from: State, to: State) -> Span {
 }
 
 /// From the gait's own height to a take-off: down into a crouch first, if it is a jump.
-fn way_in(plan: &Plan, body: &Body, takeoff: State, jump: bool, base: &[f64]) -> Vec<Span> {
-    if !jump {
-        return through(&[base_state(plan, base, takeoff.time_s - 0.32), takeoff]);
+fn way_in(plan: &Plan, body: &Body, takeoff: State, leap: Leap, base: &[f64]) -> Vec<Span> {
+    match leap {
+        Leap::Step => return through(&[base_state(plan, base, takeoff.time_s - 0.32), takeoff]),
+        Leap::Hop => {
+            let start = base_state(plan, base, takeoff.time_s - DIP_S);
+            let low = dip(body, takeoff.height_m, takeoff.time_s - 0.2);
+            return through(&[start, low, takeoff]);
+        }
+        Leap::Jump => {}
     }
     let start = base_state(plan, base, takeoff.time_s - CROUCH_S);
     let low = crouch(body, takeoff, takeoff.time_s - 0.27, takeoff.time_s - 0.27);
@@ -239,9 +249,14 @@ fn way_in(plan: &Plan, body: &Body, takeoff: State, jump: bool, base: &[f64]) ->
 }
 
 /// From a landing to the gait's own height: down once more before standing up, if it is a jump.
-fn way_out(plan: &Plan, body: &Body, landing: State, jump: bool, base: &[f64]) -> Vec<Span> {
-    if !jump {
-        return through(&[landing, base_state(plan, base, landing.time_s + 0.32)]);
+fn way_out(plan: &Plan, body: &Body, landing: State, leap: Leap, base: &[f64]) -> Vec<Span> {
+    match leap {
+        Leap::Step => return through(&[landing, base_state(plan, base, landing.time_s + 0.32)]),
+        Leap::Hop => {
+            let low = dip(body, landing.height_m, landing.time_s + 0.16);
+            return through(&[landing, low, base_state(plan, base, landing.time_s + DIP_S + 0.1)]);
+        }
+        Leap::Jump => {}
     }
     let depth_m = 0.09 * body.leg_m() + 0.018 * landing.speed_mps * landing.speed_mps;
     let low = State {
@@ -251,6 +266,12 @@ fn way_out(plan: &Plan, body: &Body, landing: State, jump: bool, base: &[f64]) -
         acceleration_mps2: 6.0,
     };
     through(&[landing, low, base_state(plan, base, landing.time_s + RECOVERY_S + 0.1)])
+}
+
+/// The lowest point before a hop's take-off or after its landing.
+fn dip(body: &Body, end_m: f64, time_s: f64) -> State {
+    let height_m = end_m - 0.45 * body.sole.length_m - 0.06 * body.leg_m();
+    State { time_s, height_m, speed_mps: 0.0, acceleration_mps2: 7.0 }
 }
 
 /// The lowest point before a take-off, held from one time to another.

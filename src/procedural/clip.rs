@@ -1,11 +1,12 @@
 //! From the description of a clip to its channels and its ground truth.
 
+use super::act::{Act, PlanError};
 use super::arms::ArmAction;
 use super::body::{Body, Posture};
 use super::draws::Draws;
 use super::mover::Mover;
 use super::path::GRID_HZ;
-use super::plan::{Act, Footing, Plan, PlanError, plan};
+use super::plan::{Footing, Plan, plan};
 use super::skeleton::{ASF_UNIT_M, BVH_UNIT_M, Subject, acclaim_skeleton, asf_text, bvh_skeleton, joint};
 use super::style::Style;
 use crate::annotate::{Foot, Gait};
@@ -46,6 +47,10 @@ pub struct TrueStance {
     pub strike_s: f64,
     /// Seconds from the first frame; may be after the last, or infinite.
     pub lift_s: f64,
+    /// Height of the ground below the ankle, metres: stairs and slopes.
+    pub ground_m: f64,
+    /// Of the ground along the foot, radians, rising towards the toes positive.
+    pub slope_rad: f64,
 }
 
 /// What is true of a clip, read from its footstep plan, never from its poses.
@@ -160,6 +165,10 @@ fn footsteps(spec: &ClipSpec, body: &Body) -> Result<Plan, PlanError> {
         cadence: spec.style.cadence,
         step_width: spec.style.step_width,
         toe_out_rad: spec.style.toe_out_rad,
+        duty: spec.style.duty,
+        limp: spec.style.limp,
+        heel_strike: spec.style.heel_strike,
+        clearance: spec.style.clearance,
     };
     plan(&spec.acts, &footing, spec.yaw_rad, &mut Draws::new(spec.seed, &spec.name, "footsteps"))
 }
@@ -179,7 +188,13 @@ fn truth(plan: &Plan, rate_hz: u32) -> Truth {
         .into_iter()
         .flat_map(|foot| plan.stances[foot as usize].iter().map(move |stance| (foot, stance)))
         .filter(|(_, stance)| stance.lift_s > 0.0 && stance.strike_s <= last_s)
-        .map(|(foot, stance)| TrueStance { foot, strike_s: stance.strike_s, lift_s: stance.lift_s })
+        .map(|(foot, stance)| TrueStance {
+            foot,
+            strike_s: stance.strike_s,
+            lift_s: stance.lift_s,
+            ground_m: stance.ground_m,
+            slope_rad: stance.slope_rad,
+        })
         .collect();
     stances.sort_by(|a, b| a.strike_s.total_cmp(&b.strike_s).then(a.foot.cmp(&b.foot)));
     Truth {
@@ -300,8 +315,15 @@ mod tests {
 
     #[test]
     fn the_center_of_mass_falls_freely_in_every_flight() {
-        for name in ["run_01", "run_fast_01", "jump_01", "jump_forward_01"] {
-            let spec = spec(name);
+        let hop = Act::Hop { foot: Foot::Left, hops: 5, height_m: 0.08, forward_m: 0.2 };
+        let others = [
+            ("jog", vec![Act::Jog { seconds: 4.0, lift: 0.15 }]),
+            ("hop", vec![Act::Stand { seconds: 1.0 }, hop, Act::Stand { seconds: 1.0 }]),
+        ];
+        let others = others.map(|(name, acts)| ClipSpec { name: name.to_owned(), acts, ..spec("run_01") });
+        let specs = ["run_01", "run_fast_01", "jump_01", "jump_forward_01"].map(spec);
+        for spec in specs.into_iter().chain(others) {
+            let name = &spec.name;
             let body = Body::new(&spec.subject);
             let plan = footsteps(&spec, &body).unwrap();
             let mover =

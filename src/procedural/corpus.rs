@@ -1,9 +1,9 @@
 //! A varied corpus: a round of twenty kinds of clips a subject, as many rounds as are asked for.
 
+use super::act::Act;
 use super::arms::{ArmAction, Gesture};
 use super::clip::ClipSpec;
 use super::draws::Draws;
-use super::plan::Act;
 use super::skeleton::Subject;
 use super::style::Style;
 use crate::annotate::Foot;

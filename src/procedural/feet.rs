@@ -33,7 +33,9 @@ pub(crate) fn foot_pose(plan: &Plan, side: usize, sole: &Sole, time_s: f64, hips
         return standing(&stances[0], sole, stances[0].strike_s);
     };
     match stances.get(after) {
-        Some(next) if time_s >= stances[before].lift_s => swinging(&stances[before], next, sole, time_s, hips_m),
+        Some(next) if time_s >= stances[before].lift_s => {
+            swinging(plan, [&stances[before], next], sole, time_s, hips_m)
+        }
         _ => standing(&stances[before], sole, time_s.min(stances[before].lift_s)),
     }
 }
@@ -50,9 +52,9 @@ fn standing(stance: &Stance, sole: &Sole, time_s: f64) -> FootPose {
     FootPose {
         ankle_m: world(stance, rolled(sole, pitch_rad, toes_rad)),
         yaw_rad: stance.yaw_rad,
-        pitch_rad,
+        pitch_rad: pitch_rad + stance.slope_rad,
         hanging: 0.0,
-        toes_rad,
+        toes_rad: toes_rad + stance.slope_rad,
         toe_bend: 1.0,
     }
 }
@@ -70,7 +72,7 @@ fn stance_pitch_rad(stance: &Stance, time_s: f64) -> (f64, f64) {
         let u = 1.0 - until_s / push_s;
         // The ball leaves the ground last but one, the tip of the toes last.
         let tip = ((u - TIP_START) / (1.0 - TIP_START)).max(0.0);
-        (-push_pitch_rad * u * u * (2.0 - u), -TIP_SHARE * push_pitch_rad * tip * tip)
+        (-push_pitch_rad * u * u * (2.0 - u), -TIP_SHARE * push_pitch_rad.max(0.0) * tip * tip)
     } else {
         (0.0, 0.0)
     }
@@ -90,10 +92,12 @@ fn rolled(sole: &Sole, pitch_rad: f64, toes_rad: f64) -> DVec2 {
 
 fn world(stance: &Stance, at: DVec2) -> DVec3 {
     let (sin, cos) = libm::sincos(stance.yaw_rad);
-    DVec3::new(stance.place_m[0] + sin * at.x, at.y, stance.place_m[1] + cos * at.x)
+    let (rise, run) = libm::sincos(stance.slope_rad);
+    let at = DVec2::new(run * at.x - rise * at.y, rise * at.x + run * at.y);
+    DVec3::new(stance.place_m[0] + sin * at.x, stance.ground_m + at.y, stance.place_m[1] + cos * at.x)
 }
 
-fn swinging(from: &Stance, to: &Stance, sole: &Sole, time_s: f64, hips_m: &dyn Fn(f64) -> f64) -> FootPose {
+fn swinging(plan: &Plan, [from, to]: [&Stance; 2], sole: &Sole, time_s: f64, hips_m: &dyn Fn(f64) -> f64) -> FootPose {
     const DT_S: f64 = 1e-4;
     let swing_s = to.strike_s - from.lift_s;
     let u = (time_s - from.lift_s) / swing_s;
@@ -111,18 +115,24 @@ fn swinging(from: &Stance, to: &Stance, sole: &Sole, time_s: f64, hips_m: &dyn F
         toes_rad: start.toes_rad,
         toe_bend: 1.0 - smoothstep(u / 0.35),
     };
+    if end.pitch_rad < end.toes_rad && from.swing != Swing::Jump {
+        // Toes that strike first are bent already.
+        pose.toe_bend = pose.toe_bend.max(smoothstep((u - 0.75) / 0.25));
+        pose.toes_rad = start.toes_rad + (end.toes_rad - start.toes_rad) * smoothstep((u - 0.4) / 0.3);
+    }
     match from.swing {
         Swing::Walk | Swing::Run => {
             let running = from.swing == Swing::Run;
             let speed = libm::sqrt(gone.x * gone.x + gone.z * gone.z) / swing_s;
             // The foot arrives moving on and down.
             let (onward, down) = if running { (0.40, 0.36) } else { (0.26, 0.11) };
-            let arrival = DVec3::new(gone.x, 0.0, gone.z) / swing_s * onward - DVec3::Y * (down * speed);
+            let arrival = DVec3::new(gone.x, 0.0, gone.z) / swing_s * onward
+                - DVec3::Y * (down * speed + 0.8 * from.lift_m / swing_s);
             pose.ankle_m = DVec3::from_array(core::array::from_fn(|n| {
                 let (v0, v1) = (start_velocity[n] * swing_s, arrival[n] * swing_s);
                 hermite(u, start.ankle_m[n], v0, end.ankle_m[n], v1)
             }));
-            let clearance_m = if running { 0.036 * speed } else { 0.012 };
+            let clearance_m = from.clearance * if running { 0.036 * speed } else { 0.012 } + from.lift_m;
             // Highest at two fifths of the swing.
             pose.ankle_m.y += clearance_m * u * u * (1.0 - u) * (1.0 - u) * (1.0 - u) * 28.935;
             pose.hanging = hanging_share(u, 0.4, 0.55);
@@ -138,8 +148,34 @@ fn swinging(from: &Stance, to: &Stance, sole: &Sole, time_s: f64, hips_m: &dyn F
             }
             pose.pitch_rad = start.pitch_rad + (end.pitch_rad - start.pitch_rad) * smoothstep(u);
         }
-        Swing::Hold => {
+        Swing::Stair => {
+            // Up before forward, or forward before down: the edges of the treads are in the way.
+            let up = gone.y > 0.0;
+            let (early, late) = (smoothstep(u / 0.6), smoothstep((u - 0.3) / 0.7));
+            let (onward, risen) = if up { (late, early) } else { (early, late) };
+            pose.ankle_m = start.ankle_m + DVec3::new(gone.x * onward, gone.y * risen, gone.z * onward);
+            pose.ankle_m.y += 0.65 * sole.length_m * 16.0 * u * u * (1.0 - u) * (1.0 - u);
+            if up {
+                // Drawn back while the foot gets level, or its tip would meet the riser ahead.
+                let back = 0.75 * sole.length_m * 45.56 * u * u * libm::pow(1.0 - u, 4.0);
+                let (sin, cos) = libm::sincos(from.yaw_rad);
+                pose.ankle_m -= DVec3::new(sin, 0.0, cos) * back;
+            }
+            pose.hanging = hanging_share(u, 0.4, 0.55);
+        }
+        Swing::Hold | Swing::Hop => {
             let raised = smoothstep((time_s - from.lift_s) / 0.55) * smoothstep((to.strike_s - time_s) / 0.55);
+            if from.swing == Swing::Hop {
+                let at = plan.path.at(time_s);
+                let [before, after] = [from.lift_s, to.strike_s].map(|t| plan.path.at(t));
+                // With the body, on its way and up and down.
+                let ahead = |now: f64, before: f64, after: f64| now - before - (after - before) * smoothstep(u);
+                pose.ankle_m.x += ahead(at.x_m, before.x_m, after.x_m);
+                pose.ankle_m.z += ahead(at.z_m, before.z_m, after.z_m);
+                // Less down than up: it is not to touch the ground.
+                let gone_up_m = hips_m(time_s) - hips_m(from.lift_s);
+                pose.ankle_m.y += raised * (gone_up_m.max(0.4 * gone_up_m) + 0.25 * sole.length_m);
+            }
             pose.ankle_m.y += raised * HOLD_LIFT * sole.length_m;
             let (sin, cos) = libm::sincos(from.yaw_rad);
             pose.ankle_m += DVec3::new(sin, 0.0, cos) * (raised * 0.05);

@@ -30,8 +30,10 @@ pub(crate) struct Mover<'a> {
     actions: &'a [ArmAction],
     carriage: Carriage,
     feet: Vec<[FootPose; 2]>,
-    /// Height of the hips, final.
+    /// Height of the hips over the ground, final.
     height_m: Vec<f64>,
+    /// Height of the ground below the body, stairs made smooth.
+    ground_m: Vec<f64>,
     wander: [Wander; 4],
     breath: (f64, f64),
 }
@@ -50,6 +52,9 @@ impl<'a> Mover<'a> {
         let carriage = Carriage::new(plan, body, style);
         let rate = f64::from(GRID_HZ);
         let raw = &carriage.height_m;
+        let ground_m: Vec<f64> =
+            (0..plan.path.n_samples()).map(|index| plan.ground_m(plan.path.time_s(index))).collect();
+        let ground_m = gaussian(&ground_m, 0.1);
         let hips_m = |time_s: f64| {
             let place = ((time_s - plan.path.start_s) * rate).clamp(0.0, (raw.len() - 1) as f64);
             let before = place as usize;
@@ -62,7 +67,7 @@ impl<'a> Mover<'a> {
         let wander = core::array::from_fn(|_| Wander::draw(draws));
         let breath = (draws.uniform(0.22, 0.3), draws.uniform(0.0, 1.0));
         let height_m = carriage.height_m.clone();
-        let mut mover = Mover { plan, body, style, actions, carriage, feet, height_m, wander, breath };
+        let mut mover = Mover { plan, body, style, actions, carriage, feet, height_m, ground_m, wander, breath };
         mover.settle_height();
         mover
     }
@@ -101,7 +106,7 @@ impl<'a> Mover<'a> {
                         return 0.0;
                     }
                     let placed = self.body.place(&self.posture(index));
-                    self.body.mass_center_m(&placed).y - self.height_m[index]
+                    self.body.mass_center_m(&placed).y - self.height_m[index] - self.ground_m[index]
                 })
                 .collect();
             // The hips leave the ground at the height that was planned for them; constant during each flight.
@@ -146,7 +151,8 @@ impl<'a> Mover<'a> {
             walk: self.carriage.walk[index],
             run: self.carriage.run[index],
             stride: self.carriage.stride[index],
-            speed_mps: self.plan.path.sample(index).speed_mps,
+            speed_mps: self.plan.path.sample(index).pace_mps(),
+            ahead: self.plan.path.sample(index).ahead(),
         }
     }
 
@@ -172,7 +178,11 @@ impl<'a> Mover<'a> {
         let ahead_m =
             still * (0.025 + 0.010 * self.wander[1].at(time_s)) - 0.42 * self.crouch(index) * self.body.leg_m();
         let (sin, cos) = libm::sincos(point.yaw_rad);
-        DVec3::new(point.x_m + cos * left_m + sin * ahead_m, height_m, point.z_m - sin * left_m + cos * ahead_m)
+        DVec3::new(
+            point.x_m + cos * left_m + sin * ahead_m,
+            height_m + self.ground_m[index],
+            point.z_m - sin * left_m + cos * ahead_m,
+        )
     }
 
     /// How much of a stand.
@@ -184,16 +194,17 @@ impl<'a> Mover<'a> {
     fn pelvis_swing_rad(&self, index: usize) -> (f64, f64) {
         let Carriage { walk, run, stride, .. } = &self.carriage;
         let (sin, cos) = libm::sincos(TAU * stride[index]);
-        let speed_mps = self.plan.path.sample(index).speed_mps.min(3.0);
+        let point = self.plan.path.sample(index);
+        let speed_mps = point.pace_mps().min(3.0);
         let turn = self.style.twist * (walk[index] * (0.03 + 0.045 * speed_mps) + run[index] * 0.10);
         let roll = self.style.bounce * (walk[index] * (0.015 + 0.025 * speed_mps) + run[index] * 0.06);
-        (-turn * cos, roll * sin)
+        (-turn * cos * point.ahead(), roll * sin)
     }
 
     /// Forward tilt of the pelvis and of the chest, radians.
     fn tilt_rad(&self, index: usize) -> (f64, f64) {
         let Carriage { walk, run, stride, .. } = &self.carriage;
-        let speed_mps = self.plan.path.sample(index).speed_mps;
+        let speed_mps = self.plan.path.sample(index).pace_mps();
         let nod = libm::cos(2.0 * TAU * (stride[index] - 0.05));
         let lean = 0.02 + self.style.lean_rad + 0.02 * walk[index] + run[index] * (0.07 + 0.012 * speed_mps);
         let nodding = nod * (0.012 * walk[index] + 0.02 * run[index]);
@@ -212,12 +223,14 @@ impl<'a> Mover<'a> {
     fn trunk(&self, index: usize, local: &mut [DQuat; joint::COUNT]) {
         let time_s = self.plan.path.time_s(index);
         let Carriage { walk, run, stride, .. } = &self.carriage;
-        let speed_mps = self.plan.path.sample(index).speed_mps.min(2.0);
+        let point = self.plan.path.sample(index);
+        let speed_mps = point.pace_mps().min(2.0);
         let still = self.still(index);
         let (pelvis_turn, pelvis_roll) = self.pelvis_swing_rad(index);
         let (pelvis_tilt, chest_tilt) = self.tilt_rad(index);
         let swing = self.style.twist * (walk[index] * (0.02 + 0.04 * speed_mps) + run[index] * 0.16);
-        let chest_turn = swing * libm::cos(TAU * (stride[index] + 0.05)) + still * 0.02 * self.wander[2].at(time_s);
+        let chest_turn =
+            point.ahead() * swing * libm::cos(TAU * (stride[index] + 0.05)) + still * 0.02 * self.wander[2].at(time_s);
         let breath = libm::sin(TAU * (self.breath.0 * time_s + self.breath.1));
         let chest_tilt = chest_tilt - 0.006 * breath;
         let third = |turn: f64, tilt: f64, roll: f64| {

@@ -37,6 +37,12 @@ impl Pace {
         Pace { speed_mps, stride_s: 2.0 / step_rate * libm::sqrt(leg_m / GRAVITY_MPS2), duty }
     }
 
+    /// The same beat with longer or shorter stances: walks keep to 0.56 to 0.78, runs to 0.26 to 0.42.
+    pub(super) fn with_duty(self, added: f64) -> Pace {
+        let [low, high] = if self.duty > 0.5 { [0.56, 0.78] } else { [0.26, 0.42] };
+        Pace { duty: (self.duty + added).clamp(low, high), ..self }
+    }
+
     /// Time of one foot on the ground, seconds.
     pub fn stance_s(&self) -> f64 {
         self.duty * self.stride_s

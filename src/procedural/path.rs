@@ -19,10 +19,29 @@ pub struct Waypoint {
     pub z_m: f64,
     /// Radians from +Z towards +X, not wrapped.
     pub yaw_rad: f64,
-    /// m/s.
+    /// m/s along the heading; negative when the body goes backwards.
     pub speed_mps: f64,
     /// rad/s, to the left.
     pub turn_rate_radps: f64,
+    /// m/s to the left of the heading.
+    pub aside_mps: f64,
+    /// Rise of a slope above the ground at time 0, metres (stairs are not in it).
+    pub rise_m: f64,
+    /// Rise over run of the ground along the heading.
+    pub grade: f64,
+}
+
+/// What the way is integrated from, each over time.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Course {
+    /// Along the heading, m/s.
+    pub speed: Knots,
+    /// To the left of the heading, m/s.
+    pub aside: Knots,
+    /// Of the heading, to the left, rad/s.
+    pub turn: Knots,
+    /// Rise over run of the ground along the heading.
+    pub grade: Knots,
 }
 
 /// The way, sampled 240 times a second; it passes the origin at time 0.
@@ -67,10 +86,23 @@ impl Knots {
     }
 }
 
+impl Waypoint {
+    /// Speed in whatever direction, m/s: bodies go along or across their heading, not both.
+    pub(super) fn pace_mps(&self) -> f64 {
+        self.speed_mps.abs() + self.aside_mps.abs()
+    }
+
+    /// 1 for a body that goes forward or stands, -1 for one that goes backwards, smooth between: what swings with the
+    /// legs swings the other way.
+    pub(super) fn ahead(&self) -> f64 {
+        if self.speed_mps < 0.0 { (1.0 + 8.0 * self.speed_mps).max(-1.0) } else { 1.0 }
+    }
+}
+
 impl Path {
-    /// Integrates speed and turn rate over `[start_s, end_s]`, start rounded down to the grid; at time 0 the way is at
+    /// Integrates a course over `[start_s, end_s]`, start rounded down to the grid; at time 0 the way is at
     /// the origin with heading `yaw_rad`.
-    pub fn new(start_s: f64, end_s: f64, yaw_rad: f64, speed: &Knots, turn: &Knots) -> Path {
+    pub fn new(start_s: f64, end_s: f64, yaw_rad: f64, course: &Course) -> Path {
         let rate = f64::from(GRID_HZ);
         let first = (start_s.min(0.0) * rate).floor() as i64;
         let last = (end_s.max(0.0) * rate).ceil() as i64;
@@ -78,24 +110,30 @@ impl Path {
         let zero = (-first) as usize;
         let rates = |index: usize| {
             let time_s = (first + index as i64) as f64 / rate;
-            (speed.smooth(time_s), turn.smooth(time_s))
+            Waypoint {
+                speed_mps: course.speed.smooth(time_s),
+                aside_mps: course.aside.smooth(time_s),
+                turn_rate_radps: course.turn.smooth(time_s),
+                grade: course.grade.smooth(time_s),
+                ..Waypoint::default()
+            }
         };
         // Midpoint of the heading over each interval, forwards and backwards from time 0.
         let advance = |from: Waypoint, sign: f64, to: usize| {
-            let (speed_mps, turn_rate_radps) = rates(to);
-            let turned = 0.5 * (from.turn_rate_radps + turn_rate_radps) / rate * sign;
+            let here = rates(to);
+            let turned = 0.5 * (from.turn_rate_radps + here.turn_rate_radps) / rate * sign;
             let (sin, cos) = libm::sincos(from.yaw_rad + 0.5 * turned);
-            let gone = 0.5 * (from.speed_mps + speed_mps) / rate * sign;
+            let gone = 0.5 * (from.speed_mps + here.speed_mps) / rate * sign;
+            let aside = 0.5 * (from.aside_mps + here.aside_mps) / rate * sign;
             Waypoint {
-                x_m: from.x_m + sin * gone,
-                z_m: from.z_m + cos * gone,
+                x_m: from.x_m + sin * gone + cos * aside,
+                z_m: from.z_m + cos * gone - sin * aside,
                 yaw_rad: from.yaw_rad + turned,
-                speed_mps,
-                turn_rate_radps,
+                rise_m: from.rise_m + 0.5 * (from.grade + here.grade) * gone,
+                ..here
             }
         };
-        let (speed_mps, turn_rate_radps) = rates(zero);
-        points[zero] = Waypoint { x_m: 0.0, z_m: 0.0, yaw_rad, speed_mps, turn_rate_radps };
+        points[zero] = Waypoint { yaw_rad, ..rates(zero) };
         for to in zero + 1..points.len() {
             points[to] = advance(points[to - 1], 1.0, to);
         }
@@ -142,6 +180,9 @@ impl Path {
             yaw_rad: mix(a.yaw_rad, b.yaw_rad),
             speed_mps: mix(a.speed_mps, b.speed_mps),
             turn_rate_radps: mix(a.turn_rate_radps, b.turn_rate_radps),
+            aside_mps: mix(a.aside_mps, b.aside_mps),
+            rise_m: mix(a.rise_m, b.rise_m),
+            grade: mix(a.grade, b.grade),
         }
     }
 }
@@ -186,14 +227,26 @@ mod tests {
 
     #[test]
     fn a_steady_turn_closes_its_circle() {
-        let (mut speed, mut turn) = (Knots::default(), Knots::default());
-        speed.push(0.0, 1.0);
-        turn.push(0.0, core::f64::consts::TAU / 10.0);
-        let path = Path::new(-1.0, 10.0, 0.3, &speed, &turn);
+        let mut course = Course::default();
+        course.speed.push(0.0, 1.0);
+        course.turn.push(0.0, core::f64::consts::TAU / 10.0);
+        let path = Path::new(-1.0, 10.0, 0.3, &course);
         let (start, end) = (path.at(0.0), path.at(10.0));
         assert!((end.x_m - start.x_m).abs() < 1e-9 && (end.z_m - start.z_m).abs() < 1e-9);
         assert!((end.yaw_rad - start.yaw_rad - core::f64::consts::TAU).abs() < 1e-9);
         assert!(path.at(0.1).x_m > 0.0 && path.at(0.1).z_m > 0.0, "heading 0.3 leads towards +Z and a little +X");
+    }
+
+    #[test]
+    fn backwards_sideways_and_uphill_are_what_they_say() {
+        let mut course = Course::default();
+        course.speed.push(0.0, -0.5);
+        course.aside.push(0.0, 0.25);
+        course.grade.push(0.0, 0.1);
+        let end = Path::new(-1.0, 4.0, 0.0, &course).at(4.0);
+        assert!((end.z_m + 2.0).abs() < 1e-9 && (end.x_m - 1.0).abs() < 1e-9, "{end:?}");
+        assert!((end.rise_m + 0.2).abs() < 1e-9, "backwards down a rise: {end:?}");
+        assert_eq!((end.ahead(), end.pace_mps()), (-1.0, 0.75));
     }
 
     #[test]

@@ -3,55 +3,13 @@
 //! The plan comes first and knows nothing of poses; legs, pelvis and arms are made to follow it, and the ground
 //! truth of a clip is read from it alone.
 
+use super::act::{Act, PlanError, check};
 use super::draws::Draws;
 use super::pace::{GRAVITY_MPS2, Pace};
 use super::path::{Knots, Path};
 use super::planner::footsteps;
 use crate::annotate::{Foot, Gait};
 use serde::{Deserialize, Serialize};
-
-/// One thing to do after another.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(rename_all = "lowercase")]
-pub enum Act {
-    /// Both feet stay where they are.
-    Stand {
-        /// How long, from the moment both feet stand.
-        seconds: f64,
-    },
-    /// One foot is always down.
-    Walk {
-        /// How long, 1 s or more.
-        seconds: f64,
-        /// 0.4 to 2.0 m/s.
-        speed_mps: f64,
-        /// Of the path, to the left, rad/s.
-        turn_rate_radps: f64,
-    },
-    /// A flight between steps.
-    Run {
-        /// How long, 1 s or more.
-        seconds: f64,
-        /// 1.6 to 4.0 m/s.
-        speed_mps: f64,
-        /// Of the path, to the left, rad/s.
-        turn_rate_radps: f64,
-    },
-    /// Off and on again with both feet, from a crouch.
-    Jump {
-        /// Rise of the body between take-off and the top, 0.03 to 0.6 m.
-        height_m: f64,
-        /// How far forward, 0 to 1.5 m.
-        forward_m: f64,
-    },
-    /// On one foot, the other lifted: no gait that the labels know.
-    Balance {
-        /// The foot that is lifted.
-        lifted: Foot,
-        /// How long, 0.5 s or more.
-        seconds: f64,
-    },
-}
 
 /// What the mover's body and taste put into a plan.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
@@ -64,6 +22,14 @@ pub struct Footing {
     pub step_width: f64,
     /// Feet turned outwards, radians.
     pub toe_out_rad: f64,
+    /// Added to the usual duty factor.
+    pub duty: f64,
+    /// Share of half a stride that the left foot's strikes come early by (`Style::limp`).
+    pub limp: f64,
+    /// Multiplies the pitch of the foot at its strike.
+    pub heel_strike: f64,
+    /// Multiplies the height of a swing over its arc.
+    pub clearance: f64,
 }
 
 /// How a foot rolls on and off the ground.
@@ -73,7 +39,7 @@ pub struct Roll {
     pub strike_pitch_rad: f64,
     /// Seconds from the strike until the foot is flat.
     pub landing_s: f64,
-    /// Heel rise at the lift-off, radians, about the ball.
+    /// Heel rise at the lift-off, radians, about the ball; negative: the toes rise about the heel.
     pub push_pitch_rad: f64,
     /// Seconds from the first rise of the heel to the lift-off.
     pub push_s: f64,
@@ -90,6 +56,10 @@ pub enum Swing {
     Jump,
     /// Held up while the body stands on the other foot.
     Hold,
+    /// Held up while the body hops on the other foot.
+    Hop,
+    /// To a tread of another height: up before forward, or forward before down.
+    Stair,
 }
 
 /// One foot on the ground.
@@ -105,12 +75,20 @@ pub struct Stance {
     pub half_width_m: f64,
     /// Where the middle of the ankle stands on the ground while the foot is flat: x, z.
     pub place_m: [f64; 2],
+    /// Height of the ground there.
+    pub ground_m: f64,
+    /// Of the ground along the foot, radians, rising towards the toes positive.
+    pub slope_rad: f64,
     /// Direction of the foot, radians from +Z towards +X.
     pub yaw_rad: f64,
     /// How it rolls.
     pub roll: Roll,
     /// How it moves on.
     pub swing: Swing,
+    /// How much higher than usual it is lifted then, metres.
+    pub lift_m: f64,
+    /// Multiplies the usual height of that swing over its arc.
+    pub clearance: f64,
 }
 
 /// A stretch of one gait: half-open.
@@ -131,8 +109,19 @@ pub struct Flight {
     pub takeoff_s: f64,
     /// Seconds.
     pub landing_s: f64,
-    /// Of a jump, not of a step.
-    pub jump: bool,
+    /// What it belongs to.
+    pub leap: Leap,
+}
+
+/// What flies.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Leap {
+    /// From foot to foot.
+    Step,
+    /// From both feet to both.
+    Jump,
+    /// From a foot to the same foot.
+    Hop,
 }
 
 /// A footstep plan; times in seconds from the clip's first frame, with some strides before and after the clip.
@@ -146,39 +135,12 @@ pub struct Plan {
     pub stances: [Vec<Stance>; 2],
     /// The body's way over the ground.
     pub path: Path,
+    /// Height of the stairs below the body over time, straight from tread to tread, metres.
+    pub stairs: Knots,
     /// Phase of the stride: whole numbers where the left foot strikes, halves where the right one does.
     pub stride: Knots,
     /// Stride time, seconds.
     pub paces: Vec<(f64, Pace)>,
-}
-
-/// What can't be planned.
-#[derive(Clone, Debug, PartialEq, thiserror::Error)]
-#[non_exhaustive]
-pub enum PlanError {
-    /// A plan needs something to do.
-    #[error("a plan needs at least one act")]
-    Empty,
-    /// Some value of an act has no meaning or lies outside what a body does.
-    #[error("act {act}: {what} is {found}, must lie in {low} to {high}")]
-    Range {
-        /// Which act, from 0.
-        act: usize,
-        /// Which value.
-        what: &'static str,
-        /// As given.
-        found: f64,
-        /// Least.
-        low: f64,
-        /// Most.
-        high: f64,
-    },
-    /// Jumping and balancing begin from a stand.
-    #[error("act {act}: only a stand or a jump can come before it")]
-    NeedsStand {
-        /// Which act, from 0.
-        act: usize,
-    },
 }
 
 /// Time from the start of the crouch to the take-off of a jump, seconds.
@@ -187,6 +149,8 @@ pub const CROUCH_S: f64 = 0.6;
 pub const RECOVERY_S: f64 = 0.6;
 /// The ankle is below the hips after this share of a walk's stance; of a run's.
 pub(super) const MID_STANCE: [f64; 2] = [0.40, 0.32];
+/// Time from the beginning of a hop's dip to its take-off, and from its last landing to a quiet stand on that foot, seconds.
+pub const DIP_S: f64 = 0.45;
 
 /// Plans footsteps for `acts`, one after the other, beginning at the origin with heading `yaw_rad` (from +Z towards +X).
 ///
@@ -217,6 +181,18 @@ impl Plan {
         self.paces.iter().rev().find(|(start_s, _)| *start_s <= time_s).or(self.paces.first()).map(|(_, pace)| *pace)
     }
 
+    /// Height of the ground below the body.
+    pub fn ground_m(&self, time_s: f64) -> f64 {
+        self.path.at(time_s).rise_m + self.stairs.linear(time_s)
+    }
+
+    /// Whether a foot is held up for the other one's hops.
+    fn held(&self, foot: usize, time_s: f64) -> bool {
+        let stances = &self.stances[foot];
+        let before = stances.partition_point(|stance| stance.strike_s <= time_s).checked_sub(1);
+        before.is_some_and(|before| stances[before].swing == Swing::Hop && stances[before].lift_s <= time_s)
+    }
+
     /// The times in which no foot is on the ground, within the planned time.
     pub fn flights(&self) -> Vec<Flight> {
         let mut flights = Vec::new();
@@ -229,7 +205,12 @@ impl Plan {
                 }
                 let landing_s = self.stances.iter().flatten().map(|s| s.strike_s).filter(|&t| t > takeoff_s);
                 let landing_s = landing_s.fold(f64::INFINITY, f64::min);
-                flights.push(Flight { takeoff_s, landing_s, jump: pair[0].swing == Swing::Jump });
+                let leap = match (pair[0].swing, self.held(1 - side, takeoff_s)) {
+                    (Swing::Jump, false) => Leap::Jump,
+                    (Swing::Jump, true) => Leap::Hop,
+                    _ => Leap::Step,
+                };
+                flights.push(Flight { takeoff_s, landing_s, leap });
             }
         }
         flights.sort_by(|a, b| a.takeoff_s.total_cmp(&b.takeoff_s));
@@ -249,49 +230,21 @@ pub fn jump_flight(height_m: f64, leg_m: f64) -> (f64, f64) {
 /// Landing height of a jump below its take-off height, share of the leg.
 pub const JUMP_DROP: f64 = 0.06;
 
-fn check(acts: &[Act]) -> Result<(), PlanError> {
-    if acts.is_empty() {
-        return Err(PlanError::Empty);
-    }
-    let mut standing = true;
-    for (act, what) in acts.iter().enumerate() {
-        let within = |what, found: f64, low: f64, high: f64| {
-            let inside = low <= found && found <= high;
-            if inside { Ok(()) } else { Err(PlanError::Range { act, what, found, low, high }) }
-        };
-        match *what {
-            Act::Stand { seconds } => within("seconds", seconds, 0.0, 3600.0)?,
-            Act::Walk { seconds, speed_mps, turn_rate_radps } => {
-                within("seconds", seconds, 1.0, 3600.0)?;
-                within("speed_mps", speed_mps, 0.4, 2.0)?;
-                within("turn_rate_radps", turn_rate_radps, -1.5, 1.5)?;
-            }
-            Act::Run { seconds, speed_mps, turn_rate_radps } => {
-                within("seconds", seconds, 1.0, 3600.0)?;
-                within("speed_mps", speed_mps, 1.6, 4.0)?;
-                within("turn_rate_radps", turn_rate_radps, -1.5, 1.5)?;
-            }
-            Act::Jump { height_m, forward_m } => {
-                within("height_m", height_m, 0.03, 0.6)?;
-                within("forward_m", forward_m, 0.0, 1.5)?;
-            }
-            Act::Balance { seconds, .. } => within("seconds", seconds, 0.5, 3600.0)?,
-        }
-        let steps = matches!(what, Act::Walk { .. } | Act::Run { .. });
-        if !standing && matches!(what, Act::Jump { .. } | Act::Balance { .. }) {
-            return Err(PlanError::NeedsStand { act });
-        }
-        standing = !steps;
-    }
-    Ok(())
-}
-
 #[cfg(test)]
 mod tests {
     #![expect(clippy::unwrap_used, reason = "tests")]
     use super::*;
 
-    const FOOTING: Footing = Footing { leg_m: 0.9, cadence: 1.0, step_width: 1.0, toe_out_rad: 0.1 };
+    const FOOTING: Footing = Footing {
+        leg_m: 0.9,
+        cadence: 1.0,
+        step_width: 1.0,
+        toe_out_rad: 0.1,
+        duty: 0.0,
+        limp: 0.0,
+        heel_strike: 1.0,
+        clearance: 1.0,
+    };
 
     fn planned(acts: &[Act]) -> Plan {
         plan(acts, &FOOTING, 0.0, &mut Draws::new(1, "test", "footsteps")).unwrap()
@@ -402,15 +355,30 @@ mod tests {
     }
 
     #[test]
-    fn what_can_t_be_planned_is_refused() {
-        let refuse = |acts: &[Act]| plan(acts, &FOOTING, 0.0, &mut Draws::new(1, "x", "y")).unwrap_err();
-        assert_eq!(refuse(&[]), PlanError::Empty);
-        let low = refuse(&[Act::Stand { seconds: 1.0 }, walk(2.0, 0.1)]);
-        assert!(matches!(low, PlanError::Range { act: 1, what: "speed_mps", .. }), "{low}");
-        assert!(matches!(refuse(&[walk(f64::NAN, 1.0)]), PlanError::Range { what: "seconds", .. }));
-        let jump = Act::Jump { height_m: 0.2, forward_m: 0.0 };
-        assert_eq!(refuse(&[run(2.0, 3.0), jump]), PlanError::NeedsStand { act: 1 });
-        let balance = Act::Balance { lifted: Foot::Left, seconds: 0.1 };
-        assert!(matches!(refuse(&[balance]), PlanError::Range { what: "seconds", .. }));
+    fn hops_fly_from_one_foot_and_stairs_rise_a_tread_a_step() {
+        let hop = Act::Hop { foot: Foot::Right, hops: 4, height_m: 0.1, forward_m: 0.3 };
+        let plan = planned(&[Act::Stand { seconds: 1.0 }, hop]);
+        assert_eq!(plan.flights().iter().map(|flight| flight.leap).collect::<Vec<Leap>>(), [Leap::Hop; 4]);
+        assert_eq!(plan.stances[0].len(), 2, "the left foot is held");
+        let met: Vec<Gait> = plan.phases.iter().map(|phase| phase.gait).collect();
+        assert_eq!(met, [Gait::Stand, Gait::Jump, Gait::Stand]);
+        let stairs = Act::Stairs { treads: 6, tread_m: 0.28, riser_m: -0.17, cadence_spm: 90.0 };
+        let plan = planned(&[Act::Stand { seconds: 1.0 }, stairs, Act::Stand { seconds: 1.0 }]);
+        let mut heights: Vec<f64> = plan.stances.iter().flatten().map(|stance| stance.ground_m).collect();
+        heights.sort_by(f64::total_cmp);
+        heights.dedup_by(|a, b| (*a - *b).abs() < 1e-9);
+        assert_eq!(heights.len(), 7, "{heights:?}");
+        assert!((heights[0] + 6.0 * 0.17).abs() < 1e-9);
+    }
+
+    #[test]
+    fn a_limp_shortens_one_stance_by_what_it_lengthens_the_other() {
+        let footing = Footing { limp: 0.2, ..FOOTING };
+        let plan = plan(&[walk(10.0, 1.0)], &footing, 0.0, &mut Draws::new(1, "test", "footsteps")).unwrap();
+        let pace = Pace::walk(1.0, 0.9, 1.0);
+        let stance_s = |foot: usize| plan.stances[foot][3].lift_s - plan.stances[foot][3].strike_s;
+        assert!((stance_s(0) - stance_s(1) - 0.2 * pace.stride_s).abs() < 1e-9);
+        assert!((stance_s(0) + stance_s(1) - 2.0 * pace.stance_s()).abs() < 1e-9);
+        assert!(times(&plan).all(|t| feet(&plan, t) > 0));
     }
 }

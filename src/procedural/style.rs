@@ -27,6 +27,15 @@ pub struct Style {
     pub twist: f64,
     /// Added to the tilt of the head, radians, down positive.
     pub head_rad: f64,
+    /// Added to the usual duty factor.
+    pub duty: f64,
+    /// Steps of unequal length and time: strikes of the left foot come early by this share of half a stride, and the
+    /// right foot stands for as much less; negative the other way round.
+    pub limp: f64,
+    /// Multiplies the pitch of the foot at its strike; negative: the ball strikes first.
+    pub heel_strike: f64,
+    /// Multiplies the height of a swing over its arc.
+    pub clearance: f64,
 }
 
 impl Style {
@@ -42,6 +51,10 @@ impl Style {
         crouch: 0.0,
         twist: 1.0,
         head_rad: 0.0,
+        duty: 0.0,
+        limp: 0.0,
+        heel_strike: 1.0,
+        clearance: 1.0,
     };
 
     /// The first field that lies outside what a body does, with its value and range.
@@ -57,6 +70,10 @@ impl Style {
             ("crouch", self.crouch, [0.0, 0.2]),
             ("twist", self.twist, [0.0, 3.0]),
             ("head_rad", self.head_rad, [-0.6, 0.9]),
+            ("duty", self.duty, [-0.1, 0.15]),
+            ("limp", self.limp, [-0.3, 0.3]),
+            ("heel_strike", self.heel_strike, [-1.0, 1.3]),
+            ("clearance", self.clearance, [0.0, 6.0]),
         ]
         .into_iter()
         .find(|(_, value, [low, high])| !(low..=high).contains(&value))
@@ -75,6 +92,7 @@ impl Style {
             crouch: draws.uniform(0.0, 0.005),
             twist: draws.uniform(0.7, 1.3),
             head_rad: draws.uniform(-0.03, 0.12),
+            ..Style::ORDINARY
         }
     }
 }
