@@ -30,6 +30,7 @@ mod plan_mistakes;
 mod plans;
 mod positions;
 mod procedural;
+mod procedural_bench;
 mod quirks;
 mod round_trip;
 mod running;

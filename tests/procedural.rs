@@ -5,7 +5,7 @@ use motionmill::annotate::{Foot, Gait};
 use motionmill::motion::kinematics::poses;
 use motionmill::motion::{Format, Poses, Role, RoleMap};
 use motionmill::picture::{Layout, Strip, View, spread, strips};
-use motionmill::procedural::{ClipSpec, SyntheticClip, TrueStance, corpus, make};
+use motionmill::procedural::{Act, ClipSpec, SyntheticClip, TrueStance, bench, corpus, make};
 
 const KNEE: [usize; 2] = [3, 8];
 const HIP: [usize; 2] = [2, 7];
@@ -35,11 +35,50 @@ fn made(spec: &ClipSpec) -> (SyntheticClip, Poses) {
     (made, poses)
 }
 
+const TOE_TIP: [usize; 2] = [31, 32];
+
+/// Height of the ground below a point: a plane on slopes, treads on stairs, else the floor.
+fn ground<'a>(spec: &ClipSpec, made: &SyntheticClip, poses: &'a Poses) -> Box<dyn Fn(DVec3) -> f64 + 'a> {
+    let (sin, cos) = libm::sincos(spec.yaw_rad);
+    let along = move |at: DVec3| at.x * sin + at.z * cos;
+    for act in &spec.acts {
+        match *act {
+            Act::Slope { incline_rad, .. } => return Box::new(move |at| libm::tan(incline_rad) * along(at)),
+            Act::Stairs { riser_m, .. } => {
+                let heel_m = 0.05 * spec.subject.height_m / 1.75;
+                let mut feet: Vec<(f64, f64, f64)> = (made.truth.stances.iter())
+                    .map(|stance| {
+                        let (start_s, end_s) =
+                            (stance.strike_s.max(0.0), stance.lift_s.min(made.truth.gait.len() as f64));
+                        let middle = (0.5 * (start_s + end_s) * made.clip.rate_hz) as usize;
+                        let frame = if stance.lift_s.is_finite() { middle } else { poses.n_frames - 1 };
+                        let [ankle, tip] =
+                            [ANKLE, TOE_TIP].map(|point| along(poses.at(frame, point[stance.foot as usize])));
+                        (ankle - heel_m, tip, stance.ground_m)
+                    })
+                    .collect();
+                feet.sort_by(|a, b| a.0.total_cmp(&b.0));
+                // A tread begins ahead of the toes on the lower one, 3 cm from them or from the heel on the lower one.
+                let edges: Vec<(f64, f64)> = (feet.windows(2).filter(|pair| pair[0].2 != pair[1].2))
+                    .map(|pair| (if riser_m > 0.0 { pair[0].1 + 0.03 } else { pair[1].0 - 0.03 }, pair[1].2))
+                    .collect();
+                let first_m = feet[0].2;
+                return Box::new(move |at| {
+                    edges.iter().rev().find(|edge| edge.0 < along(at)).map_or(first_m, |edge| edge.1)
+                });
+            }
+            _ => {}
+        }
+    }
+    Box::new(|_| 0.0)
+}
+
 /// Set `MOTIONMILL_STRIPS` to a folder to look at the clips.
 #[test]
 fn strips_can_be_drawn_of_every_clip() {
     let folder = std::env::var_os("MOTIONMILL_STRIPS").map(std::path::PathBuf::from);
-    for spec in corpus(20, 1) {
+    let benched = bench(40, 1).into_iter().map(|spec| ClipSpec { name: format!("bench_{}", spec.name), ..spec });
+    for spec in corpus(20, 1).into_iter().chain(benched) {
         let (made, poses) = made(&spec);
         // A second and a quarter from the middle.
         let middle = made.clip.n_frames / 2;
@@ -93,8 +132,13 @@ fn contacts(made: &SyntheticClip) -> [&[bool]; 2] {
 }
 
 /// A corpus with bodies of many sizes.
-fn many() -> Vec<ClipSpec> {
+fn of_the_corpus() -> Vec<ClipSpec> {
     corpus(300, 11).into_iter().enumerate().filter(|(index, _)| index % 60 < 20).map(|(_, spec)| spec).collect()
+}
+
+/// The same, and three rounds of the bench.
+fn many() -> Vec<ClipSpec> {
+    of_the_corpus().into_iter().chain(bench(120, 11)).collect()
 }
 
 #[test]
@@ -118,9 +162,11 @@ fn planted_feet_stay_where_they_are_and_nothing_goes_through_the_floor() {
                 assert!(moved.y.abs() < 0.01, "{} frame {frame}: the foot rises {} m", spec.name, moved.y);
             }
         }
+        let ground = ground(&spec, &made, &poses);
         for frame in 0..poses.n_frames {
             for point in 0..poses.n_points {
-                let y = poses.at(frame, point).y;
+                let at = poses.at(frame, point);
+                let y = at.y - ground(at);
                 assert!(y > -0.01, "{} frame {frame}: point {point} is at {y} m", spec.name);
             }
         }
@@ -131,15 +177,17 @@ fn planted_feet_stay_where_they_are_and_nothing_goes_through_the_floor() {
 fn feet_in_the_air_are_off_the_ground() {
     for spec in many() {
         let (made, poses) = made(&spec);
+        let ground = ground(&spec, &made, &poses);
+        let height_m = |frame: usize, point: usize| poses.at(frame, point).y - ground(poses.at(frame, point));
         for side in 0..2 {
             let contact = contacts(&made)[side];
             let resting_m = 0.05 * spec.subject.height_m / 1.75;
             for (first, end) in stances(&contact.iter().map(|on| !on).collect::<Vec<bool>>()) {
                 let whole = first > 0 && end < contact.len() && end - first >= 5;
-                let ankle_m = (first..end).map(|frame| poses.at(frame, ANKLE[side]).y).fold(0.0, f64::max);
+                let ankle_m = (first..end).map(|frame| height_m(frame, ANKLE[side])).fold(0.0, f64::max);
                 assert!(!whole || ankle_m > 2.2 * resting_m, "{} swing {first}..{end}: {ankle_m} m", spec.name);
                 for frame in first..end {
-                    let ball_m = poses.at(frame, BALL[side]).y;
+                    let ball_m = height_m(frame, BALL[side]);
                     assert!(ball_m > resting_m - 0.01, "{} frame {frame}: {ball_m} m", spec.name);
                 }
             }
@@ -185,7 +233,7 @@ fn bones_keep_their_length() {
 
 #[test]
 fn the_truth_fits_the_name_of_the_clip() {
-    for spec in many() {
+    for spec in of_the_corpus() {
         let (made, _) = made(&spec);
         let truth = &made.truth;
         let n = made.clip.n_frames;

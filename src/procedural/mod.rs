@@ -11,6 +11,7 @@
 
 mod act;
 mod arms;
+pub mod bench;
 mod body;
 mod carriage;
 pub mod clip;
@@ -29,6 +30,7 @@ mod style;
 
 pub use act::{Act, PlanError};
 pub use arms::{ArmAction, Gesture};
+pub use bench::{BenchGroup, bench};
 pub use clip::{ClipSpec, MakeError, SyntheticClip, TrueStance, Truth, make};
 pub use corpus::corpus;
 pub use draws::Draws;
