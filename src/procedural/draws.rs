@@ -35,6 +35,12 @@ impl Draws {
         low + (high - low) * unit
     }
 
+    /// From the normal distribution with mean 0 and standard deviation 1 (Box and Muller); the same bits everywhere.
+    pub fn normal(&mut self) -> f64 {
+        let (radius, turn) = (1.0 - self.uniform(0.0, 1.0), self.uniform(0.0, 1.0));
+        libm::sqrt(-2.0 * libm::log(radius)) * libm::cos(core::f64::consts::TAU * turn)
+    }
+
     /// Evenly from `0..n`; 0 for `n` = 0.
     pub fn pick(&mut self, n: usize) -> usize {
         ((self.uniform(0.0, 1.0) * n as f64) as usize).min(n.saturating_sub(1))
@@ -53,6 +59,14 @@ mod tests {
         for other in [first(2, "walk_01", "style"), first(1, "walk_02", "style"), first(1, "walk_01", "plan")] {
             assert_ne!(base, other);
         }
+    }
+
+    #[test]
+    fn normal_draws_have_the_moments_of_the_normal_distribution() {
+        let mut draws = Draws::new(7, "x", "normal");
+        let values: Vec<f64> = (0..20_000).map(|_| draws.normal()).collect();
+        let moment = |power: i32| values.iter().map(|v| v.powi(power)).sum::<f64>() / values.len() as f64;
+        assert!(moment(1).abs() < 0.02 && (moment(2) - 1.0).abs() < 0.03 && (moment(4) - 3.0).abs() < 0.2);
     }
 
     #[test]
