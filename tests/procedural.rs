@@ -136,9 +136,9 @@ fn of_the_corpus() -> Vec<ClipSpec> {
     corpus(300, 11).into_iter().enumerate().filter(|(index, _)| index % 60 < 20).map(|(_, spec)| spec).collect()
 }
 
-/// The same, and three rounds of the bench.
+/// The same, and two rounds of the bench.
 fn many() -> Vec<ClipSpec> {
-    of_the_corpus().into_iter().chain(bench(120, 11)).collect()
+    of_the_corpus().into_iter().chain(bench(80, 11)).collect()
 }
 
 #[test]

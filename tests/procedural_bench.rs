@@ -4,7 +4,7 @@ use glam::DVec3;
 use motionmill::annotate::{Foot, Gait};
 use motionmill::motion::kinematics::poses;
 use motionmill::motion::{Format, Poses};
-use motionmill::procedural::{Act, BenchGroup, ClipSpec, SyntheticClip, TrueStance, bench, make};
+use motionmill::procedural::{Act, BenchGroup, ClipSpec, Draws, Style, SyntheticClip, TrueStance, bench, make};
 
 const ROOT: usize = 0;
 const ANKLE: [usize; 2] = [4, 9];
@@ -192,6 +192,76 @@ fn stairs_and_slopes_lead_as_high_as_they_say() {
     }
 }
 
+/// Any act, ready to follow any other: those that need a stand bring one.
+fn any(draws: &mut Draws) -> Vec<Act> {
+    let seconds = draws.uniform(1.5, 3.0);
+    let turn_rate_radps = draws.uniform(-0.4, 0.4);
+    let [foot, other] = if draws.pick(2) == 0 { [Foot::Left, Foot::Right] } else { [Foot::Right, Foot::Left] };
+    let stand = Act::Stand { seconds: draws.uniform(0.3, 1.0) };
+    match draws.pick(11) {
+        0 => vec![stand],
+        1 => vec![Act::Walk { seconds, speed_mps: draws.uniform(0.5, 1.6), turn_rate_radps }],
+        2 => vec![Act::Run { seconds, speed_mps: draws.uniform(1.8, 3.0), turn_rate_radps }],
+        3 => vec![Act::Back { seconds, speed_mps: draws.uniform(0.4, 1.0), turn_rate_radps }],
+        4 => vec![Act::Aside { seconds, speed_mps: draws.uniform(0.2, 0.5), toward: foot }],
+        5 => vec![Act::March { seconds, lift: draws.uniform(0.1, 0.3) }],
+        6 => vec![Act::Jog { seconds, lift: draws.uniform(0.1, 0.2) }],
+        7 => vec![Act::Slope { seconds, speed_mps: draws.uniform(0.6, 1.3), incline_rad: draws.uniform(-0.14, 0.14) }],
+        8 => {
+            let riser_m = draws.uniform(0.14, 0.18) * if draws.pick(2) == 0 { 1.0 } else { -1.0 };
+            vec![Act::Stairs { treads: 4, tread_m: 0.28, riser_m, cadence_spm: draws.uniform(80.0, 100.0) }]
+        }
+        9 => vec![stand, Act::Hop { foot, hops: 3, height_m: 0.07, forward_m: draws.uniform(0.0, 0.3) }],
+        _ => {
+            let jump = Act::Jump { height_m: draws.uniform(0.1, 0.25), forward_m: draws.uniform(0.0, 0.5) };
+            vec![stand, jump, Act::Balance { lifted: other, seconds: 1.0 }]
+        }
+    }
+}
+
+#[test]
+fn any_act_can_follow_any_other() {
+    for seed in 0..40 {
+        let mut draws = Draws::new(seed, "any", "acts");
+        let acts: Vec<Act> = (0..6).flat_map(|_| any(&mut draws)).collect();
+        let like = bench(1, seed).remove(0);
+        let style = Style { limp: draws.uniform(-0.2, 0.2), ..Style::ORDINARY };
+        let spec = ClipSpec { acts, style, rate_hz: 60, ..like };
+        let made = make(&spec, Format::Amc).unwrap();
+        assert!(made.clip.channels.iter().all(|value| value.is_finite()), "seed {seed}");
+        for foot in [Foot::Left, Foot::Right] {
+            let stances: Vec<&TrueStance> = made.truth.stances.iter().filter(|s| s.foot == foot).collect();
+            for pair in stances.windows(2) {
+                let swing_s = pair[1].strike_s - pair[0].lift_s;
+                assert!(pair[0].strike_s < pair[0].lift_s && swing_s > 0.08, "seed {seed}: {pair:?} {:#?}", spec.acts);
+            }
+        }
+        for (frame, (&feet, &gait)) in feet(&made).iter().zip(&made.truth.gait).enumerate() {
+            let fits = match gait {
+                Gait::Stand => feet == 2,
+                Gait::Walk => feet >= 1,
+                _ => true,
+            };
+            assert!(fits, "seed {seed} frame {frame}: {feet} feet in a {gait:?} {:#?}", spec.acts);
+        }
+        let poses = poses(&made.clip);
+        for stance in &made.truth.stances {
+            let side = stance.foot as usize;
+            let margin_s = (0.25 * (stance.lift_s - stance.strike_s)).min(0.3);
+            let planted = |frame: &usize| {
+                let time_s = *frame as f64 / 60.0;
+                stance.strike_s + margin_s <= time_s && time_s < stance.lift_s - margin_s
+            };
+            let frames: Vec<usize> = (0..poses.n_frames).filter(planted).collect();
+            let Some(&middle) = frames.get(frames.len() / 2) else { continue };
+            for frame in frames {
+                let moved_m = (poses.at(frame, ANKLE[side] + 1) - poses.at(middle, ANKLE[side] + 1)).length();
+                assert!(moved_m < 0.02, "seed {seed} frame {frame}: the foot slides {moved_m} m {:#?}", spec.acts);
+            }
+        }
+    }
+}
+
 #[test]
 fn arms_reach_and_carry_in_front() {
     for (spec, made, poses) in of_kind("stand_reach_left") {
@@ -213,4 +283,21 @@ fn arms_reach_and_carry_in_front() {
             }
         }
     }
+}
+
+/// The same bits on every machine and in every build profile. A change of the generator changes this on purpose.
+#[test]
+fn the_bench_is_the_same_everywhere() {
+    let mut hasher = blake3::Hasher::new();
+    for spec in bench(40, 1) {
+        let made = make(&spec, Format::Bvh).unwrap();
+        for value in &made.clip.channels {
+            hasher.update(&value.to_le_bytes());
+        }
+        for stance in &made.truth.stances {
+            hasher.update(&stance.strike_s.to_le_bytes());
+            hasher.update(&stance.lift_s.to_le_bytes());
+        }
+    }
+    assert_eq!(hasher.finalize().to_hex().as_str(), "39964bc13da4fb8300308d66c5ec9dd4829d7f46123060794aa07602d8f506f1");
 }

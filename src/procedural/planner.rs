@@ -2,7 +2,7 @@
 
 use super::act::Act;
 use super::draws::Draws;
-use super::pace::Pace;
+use super::pace::{GRAVITY_MPS2, Pace};
 use super::path::{Course, Knots, Path};
 use super::plan::{CROUCH_S, DIP_S, Footing, Phase, Plan, RECOVERY_S, Roll, Stance, Swing, jump_flight};
 use super::steady::{Steady, half_width_m};
@@ -13,9 +13,11 @@ const JUMP_PUSH_S: f64 = 0.26;
 /// Part of the recovery that takes the forward speed away, seconds.
 const JUMP_BRAKE_S: f64 = 0.3;
 /// On the ground between two hops, seconds.
-const HOP_CONTACT_S: f64 = 0.34;
+const HOP_CONTACT_S: f64 = 0.29;
 /// Quiet on one foot before the first hop's dip and after the last one, seconds.
 const HOP_SETTLE_S: f64 = 0.3;
+/// Least time of a swing, in units of the root of leg over gravity: 0.17 s for a grown body.
+const SHORTEST_SWING: f64 = 0.55;
 /// Standing before a foot is lifted to balance, and after it is back, seconds.
 const SETTLE_S: f64 = 0.7;
 
@@ -211,9 +213,9 @@ impl<'a> Planner<'a> {
 
     /// Level steps until the speed is steady, a step a tread, and two level steps.
     fn stairs(&mut self, steady: Steady, treads: u32, riser_m: f64) {
-        let start_s = self.now_s;
         self.go(steady);
-        let mut mid_s = self.now_s;
+        let start_s = self.now_s;
+        let mut mid_s = start_s;
         for _ in 0..3 {
             mid_s = self.step();
         }
@@ -327,6 +329,11 @@ impl<'a> Planner<'a> {
     }
 
     fn strike(&mut self, foot: usize, strike_s: f64, lift_s: f64, beside_s: f64, steady: &Steady) {
+        // From a slow gait to a quick one the foot has to leave early, or its swing would take no time.
+        let latest_s = strike_s - SHORTEST_SWING * libm::sqrt(self.footing.leg_m / GRAVITY_MPS2);
+        if let Some(stance) = self.stances[foot].last_mut() {
+            stance.lift_s = stance.lift_s.min(latest_s.max(stance.strike_s + 0.1));
+        }
         let (share, most_s) = steady.landing;
         let landing_s = (share * (lift_s - strike_s)).min(most_s);
         self.plant(foot, [strike_s, lift_s, beside_s], steady.half_width_m, steady.strike_pitch_rad, landing_s);
