@@ -436,6 +436,24 @@ fn a_corpus_that_another_run_holds_is_left_alone() {
 /// Every example of the verbs that look, as the help shows it, in a shell.
 #[cfg(unix)]
 #[test]
+fn synth_writes_the_bench_and_its_noise_as_positions_of_every_joint() {
+    let folder = tempfile::tempdir().unwrap();
+    let bench = ["synth", "--bench", "--clips", "2", "--out", "made", "--format"];
+    assert_eq!(mill(folder.path(), &[&bench[..], &["bvh"]].concat()).code, 0);
+    let file = folder.path().join("made/b01/walk_back_01.bvh");
+    let sixes = |text: &str| text.matches("CHANNELS 6").count();
+    let clean = fs::read_to_string(&file).unwrap();
+    assert_eq!((sixes(&clean), clean.matches("CHANNELS 3").count()), (1, 30));
+    assert!(folder.path().join("made/b01/walk_back_01.truth.csv").exists());
+    assert_eq!(mill(folder.path(), &[&bench[..], &["bvh", "--noise-mm", "5"]].concat()).code, 0);
+    assert_eq!(sixes(&fs::read_to_string(&file).unwrap()), 31);
+    for (format, noise_mm, word) in [("amc", "5", "--format bvh"), ("bvh", "5000", "must lie in 0 to 1")] {
+        let said = mill(folder.path(), &[&bench[..], &[format, "--noise-mm", noise_mm]].concat());
+        assert!(said.code == 2 && said.err.contains(word), "{} {}", said.code, said.err);
+    }
+}
+
+#[test]
 fn the_examples_in_the_help_work() {
     let copy = copy();
     fs::create_dir(copy.path().join("cmu")).unwrap();

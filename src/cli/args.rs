@@ -219,7 +219,7 @@ pub(crate) struct Export {
 #[derive(Debug, Args)]
 #[command(after_help = "Examples:
   motionmill synth --clips 40 --seed 1 --out captures
-  motionmill synth --clips 300 --seed 2 --format bvh --out bench")]
+  motionmill synth --bench --clips 200 --format bvh --noise-mm 5 --out bench")]
 pub(crate) struct Synth {
     /// How many clips
     #[arg(long, value_name = "N", default_value_t = 40)]
@@ -227,6 +227,12 @@ pub(crate) struct Synth {
     /// Every clip follows from the seed and its name
     #[arg(long, value_name = "S", default_value_t = 1)]
     pub(crate) seed: u64,
+    /// Clips of the bench: more ways to move, uneven ground, 24 to 240 frames a second, bodies of 1.2 to 2.1 m
+    #[arg(long)]
+    pub(crate) bench: bool,
+    /// Normal noise of this deviation in every coordinate of every joint; BVH only, with positions at every joint
+    #[arg(long, value_name = "MM", default_value_t = 0.0)]
+    pub(crate) noise_mm: f64,
     /// Text format
     #[arg(long, short, value_enum, default_value_t = TextFormat::Amc)]
     pub(crate) format: TextFormat,

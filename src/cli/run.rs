@@ -15,6 +15,7 @@ use crate::flow::{Dataflow, RunError, RunReport, RunRequest};
 use crate::inputs::find_inputs;
 use crate::motion::Format;
 use crate::plan::{Plan, WithoutInput};
+use crate::procedural;
 use serde_json::json;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -116,7 +117,7 @@ pub(super) fn interruptible() -> Arc<HaltFlag> {
 fn people(out: &Path, plan: &Plan) -> Result<PathBuf, SynthError> {
     let folder = out.parent().unwrap_or(Path::new("")).join("captures");
     let settings = &plan.config.procedural;
-    write_captures(&folder, settings.clips as usize, settings.seed, Format::Amc)?;
+    write_captures(&folder, &procedural::corpus(settings.clips as usize, settings.seed), Format::Amc, 0.0)?;
     Ok(folder)
 }
 

@@ -6,7 +6,8 @@ use super::numbers::{counted, grouped};
 use super::output::{say, tell};
 use crate::formats::{WriteError, write_amc, write_bvh};
 use crate::motion::Format;
-use crate::procedural::{self, ClipSpec, MakeError, SyntheticClip};
+use crate::motion::kinematics::poses;
+use crate::procedural::{self, ClipSpec, DisturbError, Disturbance, Draws, MakeError, SyntheticClip};
 use std::fmt::Write;
 use std::path::{Path, PathBuf};
 
@@ -17,6 +18,12 @@ pub(super) enum SynthError {
     Make(#[from] MakeError),
     #[error("{0}")]
     Write(#[from] WriteError),
+    #[error("--noise-mm: {0}, in metres\n  why: a body is no larger than that\n  try: --noise-mm 5")]
+    Noise(#[from] DisturbError),
+    #[error(
+        "--noise-mm needs --format bvh\n  why: an AMC file has angles only, so its bones can't leave each other\n  try: --format bvh"
+    )]
+    NoiseFormat,
     #[error("{}: {source}\n  why: the captures are written there\n  try: --out with a folder that can be written", path.display())]
     File { path: PathBuf, source: std::io::Error },
 }
@@ -27,7 +34,8 @@ pub(super) fn synth(args: &Synth) -> Ending {
         TextFormat::Bvh => Format::Bvh,
         TextFormat::Amc => Format::Amc,
     };
-    match write_captures(&args.out, args.clips, args.seed, format) {
+    let list = if args.bench { procedural::bench } else { procedural::corpus };
+    match write_captures(&args.out, &list(args.clips, args.seed), format, args.noise_mm * 1e-3) {
         Ok(frames) => {
             let (clips, frames) = (counted(args.clips as u64, "clip"), grouped(frames));
             say(&format!("{clips}, {frames} frames in {}\n", args.out.display()));
@@ -35,20 +43,36 @@ pub(super) fn synth(args: &Synth) -> Ending {
         }
         Err(error) => {
             tell(&format!("error: {error}"));
-            Ending::Failed
+            match error {
+                SynthError::Noise(_) | SynthError::NoiseFormat => Ending::BadPlan,
+                _ => Ending::Failed,
+            }
         }
     }
 }
 
-/// Writes a procedural corpus below a folder, a folder a subject, and answers with the number of frames.
+/// Writes procedural clips below a folder, a folder a subject, and answers with the number of frames.
 ///
+/// `noise_sd_m`: of every coordinate of every joint, which then has position channels; 0 leaves the clips as made.
 /// `NAME.truth.csv` beside each clip: frame, left and right foot on the ground, gait, from the footstep plan.
-pub(super) fn write_captures(folder: &Path, n_clips: usize, seed: u64, format: Format) -> Result<u64, SynthError> {
+pub(super) fn write_captures(
+    folder: &Path,
+    specs: &[ClipSpec],
+    format: Format,
+    noise_sd_m: f64,
+) -> Result<u64, SynthError> {
+    let noise = Disturbance::White { sd_m: noise_sd_m };
+    noise.check()?;
     let mut frames = 0;
-    for spec in procedural::corpus(n_clips, seed) {
-        let made = procedural::make(&spec, format)?;
+    for spec in specs {
+        let mut made = procedural::make(spec, format)?;
+        if noise_sd_m > 0.0 {
+            let mut draws = Draws::new(spec.seed, &spec.name, "noise");
+            let noisy = procedural::disturb(&poses(&made.clip), made.clip.rate_hz, &noise, &mut draws);
+            made.clip = procedural::with_joint_positions(&made.clip, &noisy).ok_or(SynthError::NoiseFormat)?;
+        }
         frames += made.clip.n_frames as u64;
-        write_clip(&folder.join(&spec.subject.name), &spec, &made)?;
+        write_clip(&folder.join(&spec.subject.name), spec, &made)?;
     }
     Ok(frames)
 }

@@ -41,7 +41,7 @@ impl BenchGroup {
         }
     }
 
-    /// The group of a clip of [`bench`], by its name; none for other clips.
+    /// The group of a clip of [`bench()`], by its name; none for other clips.
     pub fn of(spec: &ClipSpec) -> Option<BenchGroup> {
         let (kind, _) = spec.name.rsplit_once('_')?;
         ROUND.iter().find(|(name, ..)| *name == kind).map(|(_, group, _)| *group)
