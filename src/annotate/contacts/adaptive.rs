@@ -36,7 +36,9 @@ pub const CONSTANTS: &[(&str, f64)] = &[
     ("still_share_of_swing", foot_speeds::STILL_SHARE),
     ("least_still_mps", foot_speeds::STILL_LIMITS_MPS[0]),
     ("most_still_mps", foot_speeds::STILL_LIMITS_MPS[1]),
+    ("descent_weight", foot_speeds::DESCENT_WEIGHT),
     ("strike_peak_mps", foot_speeds::STRIKE_PEAK_MPS),
+    ("lift_peak_mps", foot_speeds::LIFT_PEAK_MPS),
     ("swing_reach_s", foot_speeds::SWING_REACH_S),
     ("quiet_noise_m", noise::QUIET_M),
     ("smoothing_s_per_m", noise::SMOOTHING_S_PER_M),
@@ -203,16 +205,16 @@ fn stand_on_levels(
 
 /// Log-odds of a foot being planted (2.10): of its joint that looks more like it.
 fn foot_log_odds(foot: Foot, frame: usize, speeds: &FootSpeeds, above: &[Option<Vec<f64>>; 4]) -> f64 {
-    let (mut still, strike) = (speeds.still_mps[foot as usize][frame], speeds.strike_mps[foot as usize][frame]);
+    let (mut lift, strike) = (speeds.lift_mps[foot as usize][frame], speeds.strike_mps[foot as usize][frame]);
     let mut turning_m = EVIDENCE_HEIGHT_M;
     if above[joints_of(foot)[1]].is_none() {
-        still *= ANKLE_ALONE_SPEED;
+        lift *= ANKLE_ALONE_SPEED;
         turning_m *= ANKLE_ALONE_HEIGHT;
     }
     let mut square = f64::INFINITY;
     for joint in joints_of(foot) {
         let Some(above) = &above[joint] else { continue };
-        let (forward, backward) = (speeds.forward(joint, frame) / strike, speeds.backward(joint, frame) / still);
+        let (forward, backward) = (speeds.descending(joint, frame) / strike, speeds.backward(joint, frame) / lift);
         let slower = forward.min(backward);
         // A clip of one frame has no speeds.
         let slower = if slower.is_finite() { slower } else { 0.0 };

@@ -5,6 +5,7 @@
 
 use super::foot_paths::{FEET, FootPaths, joints_of};
 use super::noise::Noise;
+use glam::DVec3;
 
 /// Baselines a second.
 const BASELINES_PER_S: f64 = 30.0;
@@ -15,9 +16,17 @@ pub(super) const SWING_REACH_S: f64 = 0.5;
 /// A foot is still below this share of the adjacent swing's peak speed, within these limits, scaled m/s.
 pub(super) const STILL_SHARE: f64 = 0.25;
 pub(super) const STILL_LIMITS_MPS: [f64; 2] = [0.4, 2.0];
-/// At a strike the threshold is smaller for slow swings: its share is the peak over this speed, at least so much.
-pub(super) const STRIKE_PEAK_MPS: f64 = 7.0;
+/// At a strike and at a lift-off the threshold is smaller for slow swings: its share is the peak over this speed, scaled
+/// m/s, at least so much. With one share for all, walks' strikes are found early and their lift-offs late, by plates
+/// (CONTACTS 6, with 7 for 8 at the strike) and by plans alike, where those of runs are right.
+pub(super) const STRIKE_PEAK_MPS: f64 = 8.0;
 const LEAST_STRIKE_SHARE: f64 = 0.4;
+pub(super) const LIFT_PEAK_MPS: f64 = 5.0;
+const LEAST_LIFT_SHARE: f64 = 0.8;
+
+/// At a strike vertical speed counts this many times: a foot that still comes down has not struck, be it as slow as one
+/// that rolls. (CONTACTS 8 asks for the strike from the vertical deceleration.)
+pub(super) const DESCENT_WEIGHT: f64 = 2.5;
 
 /// Speeds of the feet's joints and the thresholds of stillness.
 #[derive(Clone, Debug)]
@@ -28,12 +37,16 @@ pub struct FootSpeeds {
     raw: [Option<Vec<f64>>; 4],
     /// The same without what noise adds.
     debiased: [Option<Vec<f64>>; 4],
+    /// The same with vertical speed weighted.
+    descending: [Option<Vec<f64>>; 4],
     /// `[foot][frame]`: mean over joints and sides, scaled m/s.
     pub of_foot_mps: [Vec<f64>; 2],
     /// `[foot][frame]`: below this a foot is still, scaled m/s.
     pub still_mps: [Vec<f64>; 2],
     /// `[foot][frame]`: the same for a foot that comes to rest.
     pub strike_mps: [Vec<f64>; 2],
+    /// `[foot][frame]`: the same for a foot that was at rest.
+    pub lift_mps: [Vec<f64>; 2],
 }
 
 impl FootSpeeds {
@@ -46,10 +59,20 @@ impl FootSpeeds {
             let later = path.get(step..).unwrap_or(&[]);
             Some(path.iter().zip(later).map(|(from, to)| (*to - *from).length() / baseline_s).collect::<Vec<f64>>())
         });
-        let noise_mps = 6.0_f64.sqrt() * noise.sd_m * noise.smoothed_share / baseline_s;
-        let bias = DEBIAS_SHARE * noise_mps * noise_mps;
+        // Variance that noise adds to the squared difference of each coordinate.
+        let noise_mps = noise.sd_m * noise.smoothed_share / baseline_s;
+        let bias_of = |weights: f64| DEBIAS_SHARE * 2.0 * weights * noise_mps * noise_mps;
+        let bias = bias_of(3.0);
         let debiased = raw.each_ref().map(|speeds| {
             Some(speeds.as_ref()?.iter().map(|speed| (speed * speed - bias).max(0.0).sqrt()).collect::<Vec<f64>>())
+        });
+        let bias = bias_of(2.0 + DESCENT_WEIGHT * DESCENT_WEIGHT);
+        let weights = DVec3::new(1.0, DESCENT_WEIGHT, 1.0) / baseline_s;
+        let descending = feet.paths.each_ref().map(|path| {
+            let path = path.as_deref()?;
+            let later = path.get(step..).unwrap_or(&[]);
+            let square = |(from, to): (&DVec3, &DVec3)| ((*to - *from) * weights).length_squared();
+            Some(path.iter().zip(later).map(square).map(|square| (square - bias).max(0.0).sqrt()).collect::<Vec<f64>>())
         });
         let of_foot_mps = FEET.map(|foot| {
             let joints = joints_of(foot).map(|joint| raw[joint].as_deref());
@@ -57,18 +80,15 @@ impl FootSpeeds {
         });
         let reach = (SWING_REACH_S * feet.rate_hz).round_ties_even() as usize;
         let peaks = of_foot_mps.each_ref().map(|speeds| running_maxima(speeds, reach));
-        let still_mps =
-            peaks.each_ref().map(|peaks| peaks.iter().map(|&peak| threshold_mps(peak)).collect::<Vec<f64>>());
-        let strike_mps = peaks.map(|peaks| {
-            peaks
-                .iter()
-                .map(|&peak| {
-                    STILL_LIMITS_MPS[0]
-                        .max(threshold_mps(peak) * (peak / STRIKE_PEAK_MPS).clamp(LEAST_STRIKE_SHARE, 1.0))
-                })
-                .collect::<Vec<f64>>()
-        });
-        FootSpeeds { step, raw, debiased, of_foot_mps, still_mps, strike_mps }
+        let thresholds = |of_peak: fn(f64) -> f64| {
+            peaks.each_ref().map(|peaks| peaks.iter().map(|&peak| of_peak(peak)).collect::<Vec<f64>>())
+        };
+        let (still_mps, strike_mps, lift_mps) = (
+            thresholds(threshold_mps),
+            thresholds(|peak| smaller_for_slow(peak, STRIKE_PEAK_MPS, LEAST_STRIKE_SHARE)),
+            thresholds(|peak| smaller_for_slow(peak, LIFT_PEAK_MPS, LEAST_LIFT_SHARE)),
+        );
+        FootSpeeds { step, raw, debiased, descending, of_foot_mps, still_mps, strike_mps, lift_mps }
     }
 
     /// Mean speed of a joint over both sides, scaled m/s: of one where the clip cuts the other off. `[frame]`
@@ -84,6 +104,11 @@ impl FootSpeeds {
     /// Debiased speed from the frame one baseline earlier; infinite where the clip begins after.
     pub fn backward(&self, joint: usize, frame: usize) -> f64 {
         at(&self.debiased[joint], frame.checked_sub(self.step))
+    }
+
+    /// As [`forward`](FootSpeeds::forward), vertical speed counting more.
+    pub fn descending(&self, joint: usize, frame: usize) -> f64 {
+        at(&self.descending[joint], Some(frame))
     }
 
     /// The slower side; 0 in a clip of one frame.
@@ -131,6 +156,10 @@ fn threshold_mps(peak_mps: f64) -> f64 {
     (STILL_SHARE * peak_mps).clamp(STILL_LIMITS_MPS[0], STILL_LIMITS_MPS[1])
 }
 
+fn smaller_for_slow(peak_mps: f64, whole_from_mps: f64, least_share: f64) -> f64 {
+    STILL_LIMITS_MPS[0].max(threshold_mps(peak_mps) * (peak_mps / whole_from_mps).clamp(least_share, 1.0))
+}
+
 /// The largest value within `reach` frames of each frame.
 fn running_maxima(values: &[f64], reach: usize) -> Vec<f64> {
     // Frames whose value is larger than all later ones within reach: the first of them is the maximum.
@@ -158,7 +187,6 @@ mod tests {
     #![expect(clippy::unwrap_used, reason = "tests")]
 
     use super::*;
-    use glam::DVec3;
 
     const QUIET: Noise = Noise { sd_m: 0.0, spread_m: 0.0, smoothed_share: 1.0 };
 
@@ -194,7 +222,8 @@ mod tests {
         let speeds = FootSpeeds::new(&feet(&x, 30.0), &QUIET);
         assert_eq!((speeds.still_mps[0][0], speeds.strike_mps[0][0]), (0.4, 0.4));
         assert!((speeds.still_mps[0][45] - 1.5).abs() < 1e-9);
-        assert!((speeds.strike_mps[1][45] - 1.5 * 6.0 / 7.0).abs() < 1e-9);
+        assert!((speeds.strike_mps[1][45] - 1.5 * 6.0 / 8.0).abs() < 1e-9);
+        assert_eq!((speeds.lift_mps[0][0], speeds.lift_mps[1][45]), (0.4, speeds.still_mps[1][45]));
     }
 
     #[test]
