@@ -51,13 +51,14 @@ impl Room {
 }
 
 /// A crate and the only room that names it.
-const KEPT: [(&str, &str); 6] = [
+const KEPT: [(&str, &str); 7] = [
     ("timely", "flow"),
     ("differential_dataflow", "flow"),
     ("arrow", "corpus"),
     ("parquet", "corpus"),
     ("clap", "cli"),
     ("indicatif", "cli"),
+    ("plotters", "picture"),
 ];
 
 const MOST_LINES: usize = 600;
@@ -283,6 +284,7 @@ fn the_checker_sees_what_is_wrong() {
     wrong("flow/run.rs", "let batch = arrow::array::Float32Array::from(x);", "only `corpus` names arrow");
     wrong("flow/run.rs", "use ::parquet::file::reader;", "only `corpus` names parquet");
     wrong("plan/load.rs", "use clap;", "only `cli` names clap");
+    wrong("cli/strip.rs", "use plotters::prelude::RGBColor;", "only `picture` names plotters");
     wrong("motion/pose.rs", "use std::time::Instant;", "`std::time` in a pure room");
     wrong("motion/pose.rs", "use std::{\n    fmt,\n    fs,\n};", "fs` in a pure room");
     wrong("motion/pose.rs", "// quiet\n\nfn f() { std::thread::spawn(g); }", "motion/pose.rs:3: `std::thread`");
@@ -302,6 +304,7 @@ fn the_checker_leaves_alone_what_is_right() {
         ("motion/kernels.rs", "#[cfg(all(test, unix))]\n#[expect(x)]\nmod tests {\n    fn f() { eprintln!(); }"),
         ("plan/config.rs", "use crate::inputs::InputSettings;"),
         ("corpus/write.rs", "use arrow::array::Array;\nuse parquet::basic;"),
+        ("picture/canvas.rs", "use plotters::coord::Shift;"),
         ("flow/run.rs", "use std::time::Instant; let x = super::lane::timely_order();"),
         ("procedural/path.rs", "libm::sin(x); x.sin_like(); std::io::Write::write(&mut bytes)"),
         ("lib.rs", "pub mod flow;"),
