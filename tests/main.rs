@@ -28,6 +28,7 @@ mod plain_reader;
 mod plan_hostile;
 mod plan_mistakes;
 mod plans;
+mod plots;
 mod positions;
 mod procedural;
 mod procedural_bench;

@@ -103,24 +103,27 @@ pub(crate) struct Run {
 #[derive(Debug, Args)]
 #[command(after_help = "Examples:
   motionmill inspect demo/corpus
-  motionmill inspect demo/corpus walk_01 --strip walk.svg")]
+  motionmill inspect demo/corpus walk_01 --strip walk.svg --plot feet.svg")]
 pub(crate) struct Inspect {
     /// The corpus
     pub(crate) corpus: PathBuf,
     /// A clip: its name, its last part, or a prefix that only it has
     pub(crate) clip: Option<String>,
     /// Lists notes, warnings and faults, of one clip or all
-    #[arg(long, conflicts_with_all = ["doubtful", "made", "strip", "raw"])]
+    #[arg(long, conflicts_with_all = ["doubtful", "made", "strip", "plot", "raw"])]
     pub(crate) faults: bool,
     /// Lists clips whose gait is doubtful (confidence below 0.8)
-    #[arg(long, conflicts_with_all = ["made", "clip", "strip", "raw"])]
+    #[arg(long, conflicts_with_all = ["made", "clip", "strip", "plot", "raw"])]
     pub(crate) doubtful: bool,
     /// Lists recipes and what became of them
-    #[arg(long, conflicts_with_all = ["clip", "strip", "raw"])]
+    #[arg(long, conflicts_with_all = ["clip", "strip", "plot", "raw"])]
     pub(crate) made: bool,
     /// With a clip: draws it as a strip of stick figures; a made clip below its parents
     #[arg(long, value_name = "FILE.svg", requires = "clip")]
     pub(crate) strip: Option<PathBuf>,
+    /// With a clip: plots heights and speeds of its feet, contacts, force, plant states and gait over time
+    #[arg(long, value_name = "FILE.svg", requires = "clip")]
+    pub(crate) plot: Option<PathBuf>,
     /// With a clip: its joints, roles, channels and kinematic chains
     #[arg(long, requires = "clip")]
     pub(crate) raw: bool,

@@ -6,7 +6,7 @@ use super::distrust::{Distrust, is_doubtful};
 use super::output::{Answer, Refusal};
 use super::overview::{Overview, there};
 use super::search::{clip_json, listing};
-use super::{faults, made, raw, strip};
+use super::{faults, made, plot, raw, strip};
 use crate::corpus::{
     Catalog, ClipRow, FaultRow, LookUpError, Manifest, Store, left_out, look_up, open_to_read, read_clips, read_faults,
     read_made, read_recipes,
@@ -19,7 +19,7 @@ pub(super) fn inspect(args: &Inspect) -> Result<Answer, Refusal> {
     let name = args.corpus.display().to_string();
     let clips = read_clips(&store)?;
     if let Some(wanted) = &args.clip {
-        return clip(args, wanted, &clips, &store);
+        return clip(args, wanted, &clips, &store, &manifest);
     }
     if args.faults {
         let rows = there(read_faults(&store))?.unwrap_or_default();
@@ -69,7 +69,17 @@ fn faults_answer(rows: &[FaultRow], json: bool, none: &str) -> Answer {
     }
 }
 
-fn clip(args: &Inspect, wanted: &str, clips: &[ClipRow], store: &Store) -> Result<Answer, Refusal> {
+fn clip(
+    args: &Inspect,
+    wanted: &str,
+    clips: &[ClipRow],
+    store: &Store,
+    manifest: &Manifest,
+) -> Result<Answer, Refusal> {
+    if args.plot.is_some() && args.plot == args.strip {
+        let why = "each is a picture of its own";
+        return Err(Refusal::new("--strip and --plot name one file", why, "two files").in_arguments());
+    }
     let all_faults = there(read_faults(store))?.unwrap_or_default();
     let row = match look_up(clips, wanted) {
         Ok(row) => row,
@@ -89,6 +99,11 @@ fn clip(args: &Inspect, wanted: &str, clips: &[ClipRow], store: &Store) -> Resul
         return Ok(faults_answer(&of_it, args.json, &format!("{}: no note, no warning, no fault", row.full_name())));
     }
     let catalog = Catalog::open(store)?;
+    // First: it may be refused, and then nothing is written.
+    let plotted = match &args.plot {
+        Some(file) => Some(plot::draw_to(file, row, &args.corpus, manifest, &catalog)?),
+        None => None,
+    };
     let drawn = match &args.strip {
         Some(file) => Some(strip::draw_to(file, row, clips, store, &catalog)?),
         None => None,
@@ -103,17 +118,30 @@ fn clip(args: &Inspect, wanted: &str, clips: &[ClipRow], store: &Store) -> Resul
         if let Some(drawn) = drawn {
             value["strip"] = drawn.into();
         }
-        return Ok(Answer::json(&value));
+        if let Some(plotted) = &plotted {
+            value["plot"] = plotted.words.as_str().into();
+        }
+        return Ok(with_remark(Answer::json(&value), plotted));
     }
     let mut text = page.text();
     if args.raw {
         text.push('\n');
         text.push_str(&raw::text(skeleton));
     }
-    if let Some(drawn) = drawn {
-        text.push_str(&format!("\nstrip      {drawn}\n"));
+    let written = [("strip", drawn.as_deref()), ("plot", plotted.as_ref().map(|plotted| plotted.words.as_str()))];
+    let written = written.iter().filter_map(|(word, words)| Some(format!("{word:<11}{}\n", (*words)?)));
+    let written: String = written.collect();
+    if !written.is_empty() {
+        text.push_str(&format!("\n{written}"));
     }
-    Ok(Answer::text(text))
+    Ok(with_remark(Answer::text(text), plotted))
+}
+
+fn with_remark(answer: Answer, plotted: Option<plot::Plotted>) -> Answer {
+    match plotted.and_then(|plotted| plotted.remark) {
+        Some(remark) => answer.remark(remark),
+        None => answer,
+    }
 }
 
 /// Whether a notice is about the clip that the user means; folders end in `/`.

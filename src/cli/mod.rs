@@ -5,6 +5,7 @@
 //!
 //! One file a verb; `overview`, `distrust`, `faults`, `made` and `clip_page` are the parts of `inspect`,
 //! `truths` and `evaluation` those of `evaluate`.
+//! One file a verb; `overview`, `distrust`, `faults`, `made`, `clip_page`, `strip` and `plot` are the parts of `inspect`.
 
 mod args;
 mod check;
@@ -20,6 +21,7 @@ mod made;
 mod numbers;
 mod output;
 mod overview;
+mod plot;
 mod progress;
 mod raw;
 mod run;
