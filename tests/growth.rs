@@ -44,7 +44,7 @@ fn another_threshold_makes_the_labels_anew_without_parsing() {
     let [a, b] = &reference.inputs();
     let folder = tempfile::tempdir().unwrap();
     let (out, fresh) = (folder.path().join("out"), folder.path().join("fresh"));
-    let threshold = ["-w", "2", "--set", "contacts.thesis.max_speed_mps=0.8"];
+    let threshold = ["-w", "2", "--set", "contacts.detector=thesis"];
     run("graph", &[a, b], &out, &["-w", "2"]).with(0);
     let before = digests(&out);
     // A kill between: the files of one threshold must not pass for those of the other.
@@ -199,7 +199,7 @@ fn a_broken_clip_is_left_out_and_read_again_once_it_is_mended() {
     assert_eq!(faulted, ["huge", name.to_str().unwrap()]);
     assert_eq!(rows(&out).len(), 11);
     // Another threshold must not bring them back, nor fail on them.
-    let threshold = ["-w", "2", "--set", "inputs.unit_m=1", "--set", "contacts.thesis.max_speed_mps=0.8"];
+    let threshold = ["-w", "2", "--set", "inputs.unit_m=1", "--set", "contacts.detector=thesis"];
     run("graph", &[a, &input], &out, &threshold).with(3);
     assert_eq!(run("graph", &[a, &input], &out, &threshold).with(3).json()["up_to_date"], Value::Bool(true));
     fs::remove_file(input.join("huge.bvh")).unwrap();
@@ -272,7 +272,7 @@ fn a_flipped_bit_is_never_taken_for_a_number_and_a_cut_file_is_made_anew() {
         flip(&file);
         // What reads it: labels and grafts read channels, trees read features and plant states.
         let changed = match table {
-            "channels" => "contacts.thesis.max_speed_mps=0.8",
+            "channels" => "contacts.detector=thesis",
             _ => "cluster.t_max_m2=0.4",
         };
         let ended = run("enrich", &[a, b], &out, &["-w", "2", "--set", changed]).fails_with("damaged");

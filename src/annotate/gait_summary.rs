@@ -229,7 +229,7 @@ mod tests {
         assert_eq!(doubtful.class, Gait::Walk);
         assert!((doubtful.confidence - 1.0 / (1.0 + (-1.0_f64).exp())).abs() < 1e-9, "{}", doubtful.confidence);
         let odds = vec![[0.9, -0.9]; walk_frames()];
-        let evidence = Evidence { log_odds: Some(&odds), force_bw: None };
+        let evidence = Evidence { log_odds: Some(&odds), ..Evidence::default() };
         let gaits = read("L.4 B.12 R.4 B.12 L.4 B.12 R.4");
         assert!((clip_gait(&gaits, evidence).unwrap().confidence - walk.confidence / 2.0).abs() < 1e-12);
     }

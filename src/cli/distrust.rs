@@ -2,6 +2,7 @@
 
 use super::numbers::{counted, grouped};
 use super::overview::DOUBTFUL;
+use crate::annotate::checks::LOW_CONFIDENCE;
 use crate::corpus::{ClipRow, ClipState, Manifest};
 use serde::Serialize;
 use std::collections::{BTreeMap, BTreeSet};
@@ -54,7 +55,8 @@ impl Distrust {
         let mut found = Distrust { quarantined: left_out.into_iter().collect(), ..Distrust::default() };
         for clip in clips.iter().filter(|clip| !clip.origin.is_made()) {
             let labels = &clip.labels;
-            for check in &labels.checks {
+            // Those of low confidence have a line of their own.
+            for check in labels.checks.iter().filter(|check| *check != LOW_CONFIDENCE) {
                 found.checks.entry(check.clone()).or_default().push(clip.full_name());
             }
             if let Some(confidence) = labels.gait_confidence.filter(|_| is_doubtful(clip)) {

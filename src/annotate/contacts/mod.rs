@@ -170,6 +170,7 @@ impl Contacts {
         self.diagnosis.as_ref().map_or(Evidence::default(), |diagnosis| Evidence {
             log_odds: Some(&diagnosis.log_odds),
             force_bw: Some(&diagnosis.force_bw),
+            wider_gaps_s: adaptive::WIDER_GAPS_S,
         })
     }
 }
