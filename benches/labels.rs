@@ -15,7 +15,7 @@ use motionmill::annotate::{Settings, annotate_about};
 use motionmill::flow::settings::shipped_names;
 use motionmill::motion::kinematics::poses;
 use motionmill::motion::{Format, Poses, RoleMap, assign_roles};
-use motionmill::procedural::{corpus, make};
+use motionmill::procedural::{Disturbance, Draws, corpus, disturb, make};
 use std::hint::black_box;
 use std::time::{Duration, Instant};
 
@@ -54,12 +54,23 @@ fn main() {
     report("contacts and gait", &clips, frames, |clip| {
         annotate_about(&clip.root, &clip.poses, &clip.roles, clip.rate_hz, &Settings::default()).plants.len()
     });
+    let noisy: Vec<Posed> = clips.iter().map(with_noise).collect();
+    report("the same, 10 mm noise", &noisy, frames, |clip| {
+        annotate_about(&clip.root, &clip.poses, &clip.roles, clip.rate_hz, &Settings::default()).plants.len()
+    });
     report("all of it", &clips, frames, |clip| {
         let root = root_track(&clip.poses, &clip.roles, clip.rate_hz);
         let features = features_about(&root, &clip.poses, &clip.roles, clip.rate_hz);
         let labels = annotate_about(&root, &clip.poses, &clip.roles, clip.rate_hz, &Settings::default());
         features.values.len() + labels.plants.len()
     });
+}
+
+/// Noise that asks for smoothing.
+fn with_noise(clip: &Posed) -> Posed {
+    let mut draws = Draws::new(7, "bench", "noise");
+    let poses = disturb(&clip.poses, clip.rate_hz, &Disturbance::White { sd_m: 0.01 }, &mut draws);
+    Posed { poses, roles: clip.roles.clone(), root: clip.root.clone(), ..*clip }
 }
 
 fn report(name: &str, clips: &[Posed], frames: usize, work: impl Fn(&Posed) -> usize) {
@@ -70,5 +81,5 @@ fn report(name: &str, clips: &[Posed], frames: usize, work: impl Fn(&Posed) -> u
         start.elapsed()
     };
     let best = (0..ROUNDS).map(|_| round()).min().unwrap_or(Duration::MAX);
-    println!("{name:<20} {:>12.0} frames/s", frames as f64 / best.as_secs_f64());
+    println!("{name:<22} {:>12.0} frames/s", frames as f64 / best.as_secs_f64());
 }

@@ -40,11 +40,29 @@ pub fn clip_gait(gaits: &StepGaits, evidence: Evidence<'_>) -> Option<ClipGait> 
     if n_frames == 0 {
         return None;
     }
-    let mut counts = [0_usize; 5];
-    for &gait in &gaits.gaits {
-        counts[gait as usize] += 1;
+    let counts = frames_of_gaits(&gaits.gaits);
+    let (class, top, share) = class_of_counts(counts);
+    let certainty = step_certainty(gaits.steps.iter(), top).unwrap_or(1.0);
+    let fractions = counts.map(|count| count as f64 / n_frames as f64);
+    Some(ClipGait { class, fractions, confidence: share * certainty * clearness(evidence, 0..n_frames) })
+}
+
+/// The class of a clip by the gaits of its frames: the rule of [`ClipGait::class`]; unknown without frames.
+pub fn class_of_frames(gaits: &[Gait]) -> Gait {
+    if gaits.is_empty() { Gait::Unknown } else { class_of_counts(frames_of_gaits(gaits)).0 }
+}
+
+fn frames_of_gaits(gaits: &[Gait]) -> [usize; 5] {
+    let mut counts = [0; 5];
+    for count in gaits.iter().filter_map(|&gait| FRAME_GAITS.iter().position(|&known| known == gait)) {
+        counts[count] += 1;
     }
-    let n_known = n_frames - counts[0];
+    counts
+}
+
+/// The class, the gait of most frames, and the share of the known frames that speaks for the class.
+fn class_of_counts(counts: [usize; 5]) -> (Gait, Gait, f64) {
+    let n_known: usize = counts[1..].iter().sum();
     let (mut top, mut most) = (Gait::Stand, counts[1]);
     for gait in &FRAME_GAITS[2..] {
         if counts[*gait as usize] > most {
@@ -52,7 +70,7 @@ pub fn clip_gait(gaits: &StepGaits, evidence: Evidence<'_>) -> Option<ClipGait> 
         }
     }
     let [jumps, stands] = [Gait::Jump, Gait::Stand].map(|gait| counts[gait as usize]);
-    let class = if 2 * n_known < n_frames {
+    let class = if n_known < counts[0] {
         Gait::Unknown
     } else if 10 * most >= 9 * n_known {
         top
@@ -62,10 +80,7 @@ pub fn clip_gait(gaits: &StepGaits, evidence: Evidence<'_>) -> Option<ClipGait> 
     } else {
         Gait::Other
     };
-    let certainty = step_certainty(gaits.steps.iter(), top).unwrap_or(1.0);
-    let share = most as f64 / n_known.max(1) as f64;
-    let fractions = counts.map(|count| count as f64 / n_frames as f64);
-    Some(ClipGait { class, fractions, confidence: share * certainty * clearness(evidence, 0..n_frames) })
+    (class, top, most as f64 / n_known.max(1) as f64)
 }
 
 /// Segments of one gait. Confidence: the mean certainty of the segment's own steps in a walk or run (0.5 without
@@ -204,6 +219,20 @@ mod tests {
         let mixed = clip("B1 L.4 B.15 R.4 B.15 L.4").unwrap();
         assert_eq!(mixed.class, Gait::Other);
         assert!(mixed.confidence < 0.8, "{}", mixed.confidence);
+    }
+
+    #[test]
+    fn the_class_is_what_nine_tenths_of_the_known_frames_have() {
+        let frames = |parts: &[(Gait, usize)]| -> Gait {
+            let frames: Vec<Gait> = parts.iter().flat_map(|&(gait, n)| std::iter::repeat_n(gait, n)).collect();
+            class_of_frames(&frames)
+        };
+        assert_eq!(frames(&[]), Gait::Unknown);
+        assert_eq!(frames(&[(Gait::Walk, 9), (Gait::Stand, 1)]), Gait::Walk);
+        assert_eq!(frames(&[(Gait::Walk, 8), (Gait::Stand, 1)]), Gait::Other);
+        assert_eq!(frames(&[(Gait::Run, 5), (Gait::Unknown, 5)]), Gait::Run);
+        assert_eq!(frames(&[(Gait::Run, 5), (Gait::Unknown, 6)]), Gait::Unknown);
+        assert_eq!(frames(&[(Gait::Unknown, 1)]), Gait::Unknown);
     }
 
     #[test]

@@ -6,9 +6,10 @@ use super::numbers::{counted, grouped};
 use super::output::{Answer, Refusal};
 use super::search::pattern;
 use super::truths::Truths;
+use crate::annotate::gait_summary::class_of_frames;
 use crate::annotate::{FrameLabels, Gait};
 use crate::corpus::{Catalog, ClipRow, CorpusError, open_to_read, read_clips};
-use crate::evaluate::{ContactScore, GaitConfusion, LengthsDiffer, class_of_frames};
+use crate::evaluate::{ContactScore, GaitConfusion, LengthsDiffer};
 use std::collections::BTreeMap;
 
 /// Runs the verb.

@@ -91,19 +91,6 @@ impl GaitConfusion {
     }
 }
 
-/// The class of a clip by the true gaits of its frames, by the rule that classes are found by (CONTACTS 3.8): the gait
-/// that nine tenths of the known frames have, else [`Gait::Other`]; [`Gait::Unknown`] if less than half is known, or
-/// there is no frame.
-pub fn class_of_frames(gaits: &[Gait]) -> Gait {
-    let count = |wanted: Gait| gaits.iter().filter(|&&gait| gait == wanted).count();
-    let known = gaits.len() - count(Gait::Unknown);
-    if gaits.is_empty() || 2 * known < gaits.len() {
-        return Gait::Unknown;
-    }
-    let has_most = |&gait: &Gait| 10 * count(gait) >= 9 * known;
-    [Gait::Stand, Gait::Walk, Gait::Run, Gait::Jump].into_iter().find(has_most).unwrap_or(Gait::Other)
-}
-
 #[cfg(test)]
 mod tests {
     #![expect(clippy::unwrap_used, reason = "tests")]
@@ -140,20 +127,6 @@ mod tests {
         assert_eq!((clips.right(), clips.known()), (6, 7));
         assert_eq!((clips.precision(Gait::Walk), clips.recall(Gait::Walk)), (Some(0.8), Some(1.0)));
         assert_eq!((clips.precision(Gait::Other), clips.recall(Gait::Other)), (None, Some(0.0)));
-    }
-
-    #[test]
-    fn the_class_is_what_nine_tenths_of_the_known_frames_have() {
-        let frames = |parts: &[(Gait, usize)]| -> Gait {
-            let frames: Vec<Gait> = parts.iter().flat_map(|&(gait, n)| std::iter::repeat_n(gait, n)).collect();
-            class_of_frames(&frames)
-        };
-        assert_eq!(frames(&[]), Gait::Unknown);
-        assert_eq!(frames(&[(Gait::Walk, 9), (Gait::Stand, 1)]), Gait::Walk);
-        assert_eq!(frames(&[(Gait::Walk, 8), (Gait::Stand, 1)]), Gait::Other);
-        assert_eq!(frames(&[(Gait::Run, 5), (Gait::Unknown, 5)]), Gait::Run);
-        assert_eq!(frames(&[(Gait::Run, 5), (Gait::Unknown, 6)]), Gait::Unknown);
-        assert_eq!(frames(&[(Gait::Unknown, 1)]), Gait::Unknown);
     }
 
     fn gaits() -> impl Strategy<Value = Vec<Gait>> {

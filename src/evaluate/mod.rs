@@ -23,7 +23,7 @@ mod truth_csv;
 
 pub use contacts::ContactScore;
 pub use frame_truth::{FrameTruth, LengthsDiffer};
-pub use gaits::{GaitConfusion, class_of_frames};
+pub use gaits::GaitConfusion;
 pub use name_rules::{NameRule, NameRules};
 pub use stances::{MIN_STANCE_S, Stance, stances};
 pub use time_errors::TimeErrors;
