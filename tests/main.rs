@@ -10,6 +10,7 @@ mod corpus;
 mod corpus_samples;
 mod corpus_tables;
 mod dataflow;
+mod diagnostics;
 mod evaluate;
 mod front_page;
 mod frozen_reference;

@@ -97,6 +97,10 @@ impl<'a> ClipPage<'a> {
             line("license", format!("{}{attribution}", row.licenses.join(", ")));
         }
         line("gait", self.gait());
+        let ground = self.ground();
+        if !ground.is_empty() {
+            line("ground", ground);
+        }
         line("checks", checks_of(row));
         if let Some(recipe) = &self.recipe {
             line("recipe", format!("{}, {}, {}", recipe.recipe, recipe.rule, recipe.chains.join(" + ")));
@@ -198,6 +202,33 @@ impl<'a> ClipPage<'a> {
         words.extend(labels.flight_fraction.map(|flight| format!("in flight {:.0} %", flight * 100.0)));
         words.extend(labels.leg_length_m.map(|leg| format!("leg {leg:.2} m")));
         words.extend(labels.thesis_class.map(|class| format!("thesis: {}", class.name())));
+        words.join(", ")
+    }
+
+    /// What the feet rest on, and how well it is known; empty where it is not.
+    fn ground(&self) -> String {
+        let labels = &self.row.labels;
+        let mut words: Vec<String> = Vec::new();
+        words.extend(labels.ground_height_m.map(|height| {
+            let spread = labels.ground_spread_m.map_or(String::new(), |spread| format!(" ± {spread:.3}"));
+            format!("at {height:.3}{spread} m")
+        }));
+        words.extend(match (labels.ground_slope_x, labels.ground_slope_z, labels.ground_slope_share) {
+            (Some(x), Some(z), Some(share)) => {
+                let slope = f64::from(x * x + z * z).sqrt();
+                Some(format!(
+                    "slope {:.1} % ({:.0} % of the resting toes are on that plane)",
+                    100.0 * slope,
+                    100.0 * share
+                ))
+            }
+            _ => None,
+        });
+        if labels.uneven == Some(true) {
+            words.push("uneven: each plant has its own level".to_owned());
+        }
+        words.extend(labels.belt_mps.filter(|&belt| belt > 0.0).map(|belt| format!("a belt at {belt:.2} m/s")));
+        words.extend(labels.noise_m.map(|noise| format!("noise {:.1} mm", noise * 1000.0)));
         words.join(", ")
     }
 
