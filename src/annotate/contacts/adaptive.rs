@@ -57,8 +57,8 @@ pub const CONSTANTS: &[(&str, f64)] = &[
 
 /// The adaptive detector (CONTACTS 2). A foot without a toe is judged by its ankle alone.
 ///
-/// A belt's velocity is taken off first. A clip shorter than two baselines of 1/30 s is judged over shorter ones, a single frame by its heights alone. No
-/// frames give no labels.
+/// A belt's velocity is taken off first. A clip shorter than two baselines of 1/30 s is judged over shorter ones, a
+/// single frame by its heights alone. No frames give no labels.
 pub fn adaptive_contacts(poses: &Poses, roles: &RoleMap, feet: &FootPaths) -> Contacts {
     let Some(belt) = belt_velocity(poses, roles, feet) else { return contacts_at_rest(poses, roles, feet, 0.0) };
     let poses = over_ground(poses, belt * feet.scale, feet.rate_hz);
