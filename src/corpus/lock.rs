@@ -16,7 +16,7 @@ const RUN: &str = ".run";
 pub struct RunLock {
     store: Store,
     token: String,
-    _file: File,
+    file: File,
 }
 
 impl RunLock {
@@ -42,7 +42,7 @@ impl RunLock {
         let halves = [0, 1].map(|salt: u8| RandomState::new().hash_one((std::process::id(), salt)));
         let token = format!("{:016x}{:016x}", halves[0], halves[1]);
         store.put_atomic(RUN, format!("{token}\nprocess {}\n", std::process::id()).as_bytes())?;
-        Ok(RunLock { store: store.clone(), token, _file: file })
+        Ok(RunLock { store: store.clone(), token, file })
     }
 
     /// What the other processes of the run show to [`check_token`].
@@ -55,6 +55,8 @@ impl Drop for RunLock {
     fn drop(&mut self) {
         // Left behind it does no harm: the lock decides.
         let _ = self.store.remove(RUN);
+        // By itself and not by closing the file: a process that is being started elsewhere may hold a copy of it still.
+        let _ = self.file.unlock();
     }
 }
 

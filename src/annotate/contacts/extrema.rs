@@ -1,35 +1,30 @@
 //! Contacts from low turning points of the height (T 5.5.1): a reference, not the default.
 
-use super::foot_paths::{FEET, FootPaths, joints_of};
+use super::foot_paths::FootPaths;
 use super::resting_height::RestingHeights;
 use super::thesis::fixed_contacts;
+use super::uneven::runs_of_true;
 use super::{Contacts, ExtremaSettings};
 
-/// The detector of T 5.5.1 as CONTACTS 7 reads it: a joint is planted where its height turns (or stays) within
-/// `max_height_m` of its rest, and from there in both directions while its speed from the frame before is
-/// `< max_speed_mps`; a foot is planted where its ankle or its toe is.
+/// The detector of T 5.5.1 as CONTACTS 7 measured it: a joint is planted where its height turns (or stays), inside the
+/// clip, within `max_height_m` of its rest, and its speed from the frame before is `< max_speed_mps`; from there in both
+/// directions while it is as slow. A foot is planted where its ankle or its toe is.
 pub fn extrema_contacts(feet: &FootPaths, rest: &RestingHeights, settings: &ExtremaSettings) -> Contacts {
-    fixed_contacts(feet, rest, settings.max_speed_mps, |joint, heights, speeds| {
-        debug_assert!(FEET.iter().any(|&foot| joints_of(foot).contains(&joint)));
+    fixed_contacts(feet, rest, settings.max_speed_mps, |_, heights, speeds| {
         let slow: Vec<bool> = speeds.iter().map(|&speed| speed < settings.max_speed_mps).collect();
-        let seeds =
-            (0..heights.len()).filter(|&frame| turns(heights, frame) && heights[frame].abs() < settings.max_height_m);
+        let is_seed =
+            |frame: usize| slow[frame] && turns(heights, frame) && heights[frame].abs() < settings.max_height_m;
         let mut planted = vec![false; heights.len()];
-        for seed in seeds {
-            if planted[seed] {
-                continue;
-            }
-            let first = (0..seed).rev().take_while(|&frame| slow[frame]).last().unwrap_or(seed);
-            let end = (seed + 1..slow.len()).take_while(|&frame| slow[frame]).last().unwrap_or(seed) + 1;
-            planted[first..end].fill(true);
+        for run in runs_of_true(&slow) {
+            planted[run.clone()].fill(run.clone().any(is_seed));
         }
         planted
     })
 }
 
-/// Whether the height turns in a frame: it does not go on as it came. The ends of the clip turn.
+/// Whether the height turns in a frame: it does not go on as it came. At the clip's ends nobody knows.
 fn turns(heights: &[f64], frame: usize) -> bool {
-    let (Some(before), Some(after)) = (frame.checked_sub(1), heights.get(frame + 1)) else { return true };
+    let (Some(before), Some(after)) = (frame.checked_sub(1), heights.get(frame + 1)) else { return false };
     (heights[frame] - heights[before]) * (after - heights[frame]) <= 0.0
 }
 
@@ -64,8 +59,12 @@ mod tests {
     }
 
     #[test]
-    fn a_low_point_in_passing_is_one_frame_and_a_high_one_none() {
-        assert_eq!(contacts(&[(0.0, 0.2), (0.2, 0.02), (0.4, 0.2)]), [false, true, false]);
-        assert_eq!(contacts(&[(0.0, 0.3), (0.2, 0.2), (0.4, 0.3)]), [false, false, false]);
+    fn low_points_in_passing_and_high_ones_are_none() {
+        // 0.3 m/s, then 1.5 m/s down and up again.
+        assert_eq!(
+            contacts(&[(0.0, 0.04), (0.01, 0.04), (0.02, 0.05), (0.07, 0.0), (0.12, 0.05)])[1..],
+            [true, true, false, false]
+        );
+        assert_eq!(contacts(&[(0.0, 0.21), (0.0, 0.2), (0.0, 0.21)]), [false; 3], "too high");
     }
 }
