@@ -13,6 +13,7 @@ use motionmill::annotate::gait_tokens::Token;
 use motionmill::annotate::{Gait, Settings, annotate};
 use motionmill::motion::resample::{frames_at_rate, point_at};
 use motionmill::motion::{Poses, Role, RoleMap};
+use motionmill::procedural::{Disturbance, Draws, disturb};
 use proptest::prelude::*;
 use std::sync::OnceLock;
 
@@ -205,6 +206,46 @@ fn rates_cuts_and_tilts_change_little() {
         ("the first 2 s", start, 0, 0.993, 0.923),
         ("tilt of 2 degrees", tilt(2.0_f64.to_radians()), 0, 0.999, 0.977),
         ("hips for the center of mass", hips_only, 0, 0.999, 0.960),
+    ] {
+        println!("{what:<28} {} wrong, tokens {:.4}, worst {:.3}", found.wrong, found.mean, found.worst);
+        if found.wrong > wrong || found.mean < mean - 0.0005 || found.worst < worst - 0.0005 {
+            failed.push(what);
+        }
+    }
+    assert!(failed.is_empty(), "{failed:?}");
+}
+
+#[test]
+fn noise_and_spikes_change_little() {
+    if gait_clips().is_empty() {
+        return;
+    }
+    let disturbed = |disturbance: Disturbance, rate_hz: f64| {
+        outcome(
+            |clip| {
+                let poses =
+                    if rate_hz == bandai::RATE_HZ { clip.poses.clone() } else { resampled(&clip.poses, rate_hz) };
+                let mut draws = Draws::new(3, &clip.name, "disturbance");
+                (disturb(&poses, rate_hz, &disturbance, &mut draws), clip.roles.clone(), rate_hz)
+            },
+            |_, frame| {
+                let here = frame as f64 * bandai::RATE_HZ / rate_hz;
+                (here.fract() < 1e-9).then_some(here as usize)
+            },
+        )
+    };
+    let white = |sd_m: f64| Disturbance::White { sd_m };
+    let correlated = Disturbance::Correlated { sd_m: 0.01, correlation_s: 0.025 };
+    let mut failed = Vec::new();
+    // Wrong clips as in CONTACTS 5, for 556 instead of 366. Its shares of equal tokens are 0.002 to 0.011 better; why is
+    // not known yet (here every joint has noise, and thresholds at strikes are smaller).
+    for (what, found, wrong, mean, worst) in [
+        ("noise 5 mm, 30 Hz", disturbed(white(0.005), 30.0), 1, 0.974, 0.920),
+        ("noise 5 mm, 120 Hz", disturbed(white(0.005), 120.0), 0, 0.977, 0.910),
+        ("noise 10 mm, 30 Hz", disturbed(white(0.01), 30.0), 2, 0.959, 0.890),
+        ("noise 10 mm, 120 Hz", disturbed(white(0.01), 120.0), 1, 0.971, 0.897),
+        ("10 mm correlated over 25 ms", disturbed(correlated, 30.0), 3, 0.960, 0.890),
+        ("spikes of 10 cm", disturbed(Disturbance::SPIKES, 30.0), 2, 0.982, 0.904),
     ] {
         println!("{what:<28} {} wrong, tokens {:.4}, worst {:.3}", found.wrong, found.mean, found.worst);
         if found.wrong > wrong || found.mean < mean - 0.0005 || found.worst < worst - 0.0005 {
