@@ -9,6 +9,7 @@
 //! ```
 
 use crate::bandai::RATE_HZ;
+use crate::invariances::{mirrored_roles, moved};
 use crate::{bandai, golden, shared_data};
 use glam::DVec3;
 use motionmill::annotate::contacts::ThesisSettings;
@@ -17,7 +18,7 @@ use motionmill::annotate::contacts::resting_height::{clip_minimum, resting_heigh
 use motionmill::annotate::contacts::thesis::thesis_contacts;
 use motionmill::annotate::gait_tokens::Token;
 use motionmill::annotate::{Annotated, Settings, annotate};
-use motionmill::motion::{Poses, Role, RoleMap};
+use motionmill::motion::{Poses, RoleMap};
 
 #[test]
 fn fixed_thresholds_give_the_oracles_tokens() {
@@ -107,25 +108,10 @@ fn label(poses: &Poses, roles: &RoleMap) -> Annotated {
     annotate(poses, roles, RATE_HZ, &Settings::default())
 }
 
-fn moved(poses: &Poses, each: impl Fn(DVec3) -> DVec3) -> Poses {
-    Poses { world: poses.world.iter().map(|&position| each(position)).collect(), ..*poses }
-}
-
 #[test]
 fn a_mirrored_clip_has_mirrored_contacts_to_the_bit() {
     for (file, poses, roles) in some_clips() {
-        let mut swapped = RoleMap::default();
-        for role in Role::ALL {
-            let name = role.name();
-            let other = match name.rsplit_once('_') {
-                Some((part, "left")) => Role::from_name(&format!("{part}_right")).unwrap(),
-                Some((part, "right")) => Role::from_name(&format!("{part}_left")).unwrap(),
-                _ => role,
-            };
-            if let Some(point) = roles.get(role) {
-                swapped.set(other, point);
-            }
-        }
+        let swapped = mirrored_roles(&roles);
         let (here, there) = (label(&poses, &roles), label(&moved(&poses, |p| DVec3::new(p.x, p.y, -p.z)), &swapped));
         assert_eq!(here.frames.stance[0], there.frames.stance[1], "{file}");
         assert_eq!(here.frames.stance[1], there.frames.stance[0], "{file}");

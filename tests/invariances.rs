@@ -46,12 +46,13 @@ fn tokens(poses: &Poses, roles: &RoleMap, rate_hz: f64) -> Vec<Token> {
     adaptive_contacts(poses, roles, &FootPaths::new(poses, roles, rate_hz).unwrap()).tokens()
 }
 
-fn moved(poses: &Poses, each: impl Fn(DVec3) -> DVec3) -> Poses {
+/// The clip with each position changed.
+pub(crate) fn moved(poses: &Poses, each: impl Fn(DVec3) -> DVec3) -> Poses {
     Poses { world: poses.world.iter().map(|&position| each(position)).collect(), ..*poses }
 }
 
 /// Left and right exchanged.
-fn mirrored_roles(roles: &RoleMap) -> RoleMap {
+pub(crate) fn mirrored_roles(roles: &RoleMap) -> RoleMap {
     let mut mirrored = RoleMap::default();
     for role in Role::ALL {
         let other = match role.name().rsplit_once('_') {

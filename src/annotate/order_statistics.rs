@@ -1,5 +1,7 @@
 //! Medians and percentiles, in linear time.
 
+use glam::DVec3;
+
 /// The middle value; of an even number the mean of the two in the middle. None of nothing. Reorders `values`.
 pub fn median(values: &mut [f64]) -> Option<f64> {
     percentile(values, 50.0)
@@ -16,6 +18,26 @@ pub fn percentile(values: &mut [f64], percent: f64) -> Option<f64> {
         Some(high) if part > 0.0 => Some(low * (1.0 - part) + high * part),
         _ => Some(low),
     }
+}
+
+/// A robust standard deviation is this many median absolute deviations.
+const DEVIATION_IN_MAD: f64 = 1.4826;
+
+/// The standard deviation that normal values have whose absolute distances from their middle these are, whatever the
+/// outliers. None of nothing. Reorders `away`.
+pub fn robust_deviation(away: &mut [f64]) -> Option<f64> {
+    Some(DEVIATION_IN_MAD * median(away)?)
+}
+
+/// The median of each coordinate; the origin of nothing.
+pub fn coordinate_medians(points: &[DVec3]) -> DVec3 {
+    let mut coordinate = vec![0.0; points.len()];
+    DVec3::from_array([0, 1, 2].map(|axis| {
+        for (value, point) in coordinate.iter_mut().zip(points) {
+            *value = point[axis];
+        }
+        median(&mut coordinate).unwrap_or(0.0)
+    }))
 }
 
 #[cfg(test)]

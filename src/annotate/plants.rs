@@ -1,8 +1,9 @@
 //! Foot plants: where a foot stands, from when to when, and how much it slips.
 
 use super::contacts::foot_paths::{FEET, FootPaths};
+use super::contacts::uneven::runs_of_true;
 use super::labels::{Foot, Plant};
-use super::order_statistics::median;
+use super::order_statistics::coordinate_medians;
 use glam::DVec3;
 
 /// This share of a plant at either end is left out of its slip: the foot still rolls.
@@ -17,20 +18,16 @@ pub fn plants(feet: &FootPaths, stance: &[Vec<bool>; 2], log_odds: Option<&[[f64
     let mut plants = Vec::new();
     for foot in FEET {
         let path = feet.ball(foot);
-        let stance = &stance[foot as usize];
-        let mut first = 0;
-        while let Some(start) = (first..stance.len()).find(|&frame| stance[frame]) {
-            let end = (start..stance.len()).find(|&frame| !stance[frame]).unwrap_or(stance.len());
-            let (position, slip_m) = place_and_slip_m(&path[start..end], feet.scale);
+        for run in runs_of_true(&stance[foot as usize]) {
+            let (position, slip_m) = place_and_slip_m(&path[run.clone()], feet.scale);
             plants.push(Plant {
                 foot,
-                first: start as u32,
-                end: end as u32,
+                first: run.start as u32,
+                end: run.end as u32,
                 position: position.as_vec3().to_array(),
                 slip_m: slip_m as f32,
-                confidence: log_odds.map(|odds| mean_probability(&odds[start..end], foot) as f32),
+                confidence: log_odds.map(|odds| mean_probability(&odds[run], foot) as f32),
             });
-            first = end;
         }
     }
     plants
@@ -44,14 +41,7 @@ fn mean_probability(log_odds: &[[f64; 2]], foot: Foot) -> f64 {
 
 /// Median position and slip, metres, of a path in scaled metres that is not empty.
 fn place_and_slip_m(path: &[DVec3], scale: f64) -> (DVec3, f64) {
-    let mut coordinate = vec![0.0; path.len()];
-    let position = [0, 1, 2].map(|axis| {
-        for (value, position) in coordinate.iter_mut().zip(path) {
-            *value = position[axis];
-        }
-        median(&mut coordinate).unwrap_or(0.0)
-    });
-    let position = DVec3::from_array(position);
+    let position = coordinate_medians(path);
     let rolling = (ROLLING_SHARE * path.len() as f64) as usize;
     let slip = path[rolling..path.len() - rolling]
         .iter()

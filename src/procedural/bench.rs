@@ -1,8 +1,9 @@
 //! A bench for labelers: a round of kinds of clips in five groups, each clip with its own rate, style and body (CONTACTS 6).
 
 use super::act::Act;
-use super::arms::{ArmAction, Gesture};
+use super::arms::Gesture;
 use super::clip::ClipSpec;
+use super::corpus::gesture;
 use super::draws::Draws;
 use super::skeleton::Subject;
 use super::style::Style;
@@ -194,13 +195,13 @@ fn spec(name: String, kind: Kind, subject: Subject, seed: u64) -> ClipSpec {
         Kind::Stand(doing) => {
             let seconds = between(5.0, 8.0);
             let (start_s, length_s) = (between(0.5, 1.0), seconds - between(1.6, 2.2));
-            actions.extend(doing.iter().map(|&what| gesture(what, start_s, length_s, &mut between)));
+            actions.extend(doing.iter().map(|&(what, side)| gesture(what, side, start_s, length_s, &mut between)));
             vec![Act::Stand { seconds }]
         }
         Kind::WalkWith(doing) => {
             let seconds = between(6.0, 8.5);
             let (start_s, length_s) = (between(0.5, 1.0), seconds - between(1.6, 2.2));
-            actions.extend(doing.iter().map(|&what| gesture(what, start_s, length_s, &mut between)));
+            actions.extend(doing.iter().map(|&(what, side)| gesture(what, side, start_s, length_s, &mut between)));
             vec![straight(seconds, (between(0.8, 1.3) * pace).clamp(0.4, 2.0))]
         }
         Kind::Jump { forward, stands } => {
@@ -299,16 +300,6 @@ fn way(seconds: f64, turn_rate_radps: f64, act: impl Fn(f64, f64) -> Act) -> Vec
         return vec![act(seconds, 0.0)];
     }
     vec![act(0.25 * seconds, 0.0), act(0.5 * seconds, turn_rate_radps), act(0.25 * seconds, 0.0)]
-}
-
-fn gesture(
-    (gesture, side): (Gesture, Foot),
-    start_s: f64,
-    seconds: f64,
-    between: &mut impl FnMut(f64, f64) -> f64,
-) -> ArmAction {
-    let rate_hz = if gesture == Gesture::Punch { between(0.8, 1.1) } else { between(1.1, 1.7) };
-    ArmAction { gesture, side, start_s, seconds, rate_hz, size: between(0.85, 1.1) }
 }
 
 #[cfg(test)]

@@ -161,7 +161,8 @@ fn way(seconds: f64, turn: Turn, turn_rate_radps: f64, act: impl Fn(f64, f64) ->
     vec![act(0.2 * seconds, 0.0), act(0.6 * seconds, signed), act(0.2 * seconds, 0.0)]
 }
 
-fn gesture(
+/// Something that an arm does, at a pace and of a size of its own.
+pub(super) fn gesture(
     gesture: Gesture,
     side: Foot,
     start_s: f64,

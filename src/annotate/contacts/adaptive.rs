@@ -5,14 +5,14 @@ use super::foot_paths::{FEET, FootPaths, REFERENCE_LEG_M, joints_of};
 use super::foot_speeds::{self, FootSpeeds};
 use super::force::{self, vertical_force};
 use super::noise::{self, smooth_noise};
-use super::repair::{DEVIATION_IN_MAD, repair};
+use super::repair::repair;
 use super::resting_height::{RestingHeights, resting_heights_where};
 use super::tilt::ground_tilt;
 use super::treadmill::{belt_velocity, over_ground};
 use super::uneven::{is_uneven, plant_levels};
 use super::{Contacts, Diagnosis, EVIDENCE_HEIGHT_M, Ground, PINNED_SHARE};
 use crate::annotate::labels::Foot;
-use crate::annotate::order_statistics::median;
+use crate::annotate::order_statistics::robust_deviation;
 use crate::motion::{Poses, Role, RoleMap};
 use glam::DVec3;
 
@@ -84,7 +84,7 @@ fn contacts_at_rest(poses: &Poses, roles: &RoleMap, feet: &FootPaths, belt_mps: 
     let heights = level_heights(&feet, tilt.map_or([0.0; 2], |tilt| tilt.slope));
     let rest =
         resting_heights_where(heights.each_ref().map(Option::as_deref), |joint, frame| slow(joint, frame, REST_SHARE));
-    let mut above = heights.each_ref().map(|heights| heights.clone());
+    let mut above = heights.clone();
     for (above, rest) in above.iter_mut().zip(rest.height) {
         above.iter_mut().flatten().for_each(|height| *height -= rest.unwrap_or(0.0));
     }
@@ -269,5 +269,5 @@ fn ground_spread(
         .filter(|&(joint, frame, _)| is_slow(joint, frame))
         .map(|(_, _, away)| away)
         .collect();
-    Some(DEVIATION_IN_MAD * median(&mut away)?)
+    robust_deviation(&mut away)
 }

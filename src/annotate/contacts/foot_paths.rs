@@ -1,8 +1,7 @@
 //! The paths of ankles and toes, in the scale of a body with a leg of 0.9 m.
 
-use super::repair::DEVIATION_IN_MAD;
 use crate::annotate::labels::Foot;
-use crate::annotate::order_statistics::median;
+use crate::annotate::order_statistics::{median, robust_deviation};
 use crate::motion::{Poses, Role, RoleMap};
 use glam::DVec3;
 
@@ -107,7 +106,7 @@ fn leg_length_m(poses: &Poses, roles: &RoleMap, leg: [Role; 3]) -> Option<(f64, 
     for length in &mut lengths {
         *length = (*length - middle).abs();
     }
-    Some((middle, DEVIATION_IN_MAD * median(&mut lengths).unwrap_or(0.0)))
+    Some((middle, robust_deviation(&mut lengths).unwrap_or(0.0)))
 }
 
 #[cfg(test)]

@@ -1,8 +1,7 @@
 //! How noisy the feet's paths are, and how much smoothing that asks for (CONTACTS 2.3).
 
 use super::foot_paths::FootPaths;
-use super::repair::DEVIATION_IN_MAD;
-use crate::annotate::order_statistics::{median, percentile};
+use crate::annotate::order_statistics::{median, percentile, robust_deviation};
 use glam::DVec3;
 
 /// Below this number of frames a clip has no noise estimate: its noise counts as none.
@@ -77,7 +76,7 @@ fn noise(feet: &FootPaths) -> (f64, f64) {
     for estimate in &mut estimates {
         *estimate = (*estimate - middle).abs();
     }
-    (middle, DEVIATION_IN_MAD * median(&mut estimates).unwrap_or(0.0))
+    (middle, robust_deviation(&mut estimates).unwrap_or(0.0))
 }
 
 /// Weights of sum 1 from one cut-off to the other; an odd number.

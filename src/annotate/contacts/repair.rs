@@ -3,15 +3,13 @@
 //! Files whose bones are rigid never do; spikes of markers and of position channels do.
 
 use super::foot_paths::{FEET, FootPaths, joints_of};
-use crate::annotate::order_statistics::median;
+use crate::annotate::order_statistics::{median, robust_deviation};
 use glam::DVec3;
 
 /// A bone whose length differs by no more than this from its median is sound, scaled metres.
 const SOUND_M: f64 = 0.03;
 /// Nor is one that differs by less than so many robust standard deviations odd.
 const ODD_DEVIATIONS: f64 = 6.0;
-/// A robust standard deviation is this many median absolute deviations.
-pub(super) const DEVIATION_IN_MAD: f64 = 1.4826;
 
 /// Fills ankles and toes that are odd linearly in time from sound neighbors; `knees`: `[foot][frame]`, scaled metres.
 ///
@@ -50,7 +48,7 @@ fn odd_samples(joint: &[DVec3], parent: &[DVec3]) -> Option<Vec<bool>> {
     }
     let middle = median(&mut lengths.clone())?;
     let away: Vec<f64> = lengths.iter().map(|length| (length - middle).abs()).collect();
-    let limit = SOUND_M.max(ODD_DEVIATIONS * DEVIATION_IN_MAD * median(&mut away.clone())?);
+    let limit = SOUND_M.max(ODD_DEVIATIONS * robust_deviation(&mut away.clone())?);
     let odd: Vec<bool> = away.iter().map(|&away| away > limit).collect();
     odd.contains(&true).then_some(odd)
 }

@@ -1,8 +1,7 @@
 //! How the ground slopes: a plane through toes that are slow (CONTACTS 2.6).
 
 use super::foot_paths::{FEET, FootPaths, joints_of};
-use super::repair::DEVIATION_IN_MAD;
-use crate::annotate::order_statistics::median;
+use crate::annotate::order_statistics::{coordinate_medians, robust_deviation};
 use glam::{DMat3, DVec3};
 
 /// Fewer slow samples than this say nothing about a plane; nor do samples that lie closer together, mean square of
@@ -66,7 +65,7 @@ pub fn ground_tilt(feet: &FootPaths, is_slow: impl Fn(usize, usize) -> bool) -> 
         if share > FLOOR_SHARE && (plane.x * plane.x + plane.y * plane.y).sqrt() < STEEPEST {
             found = Some(Tilt { slope: [plane.x, plane.y], share });
         }
-        let scale = 2.0 * LEAST_SCALE_M.max(DEVIATION_IN_MAD * median(&mut away.clone()).unwrap_or(0.0));
+        let scale = 2.0 * LEAST_SCALE_M.max(robust_deviation(&mut away.clone()).unwrap_or(0.0));
         for (weight, away) in weights.iter_mut().zip(&away) {
             let ratio = away / scale;
             let bell = 1.0 + ratio * ratio;
@@ -74,16 +73,6 @@ pub fn ground_tilt(feet: &FootPaths, is_slow: impl Fn(usize, usize) -> bool) -> 
         }
     }
     found
-}
-
-fn coordinate_medians(samples: &[DVec3]) -> DVec3 {
-    let mut coordinate = vec![0.0; samples.len()];
-    DVec3::from_array([0, 1, 2].map(|axis| {
-        for (value, sample) in coordinate.iter_mut().zip(samples) {
-            *value = sample[axis];
-        }
-        median(&mut coordinate).unwrap_or(0.0)
-    }))
 }
 
 /// Slope along X, slope along Z and height at the origin of the plane with the least weighted squares. None: no such

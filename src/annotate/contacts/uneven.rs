@@ -71,7 +71,7 @@ fn fastest(speed_mps: &[f64], range: Range<usize>) -> usize {
 }
 
 /// Longest runs of true.
-pub(super) fn runs_of_true(marks: &[bool]) -> impl Iterator<Item = Range<usize>> + '_ {
+pub fn runs_of_true(marks: &[bool]) -> impl Iterator<Item = Range<usize>> + '_ {
     let mut first = 0;
     marks
         .chunk_by(|a, b| a == b)
