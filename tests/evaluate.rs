@@ -46,8 +46,11 @@ fn refused(folder: &Path, args: &[&str], code: i32, begins: &str, remedy: &str) 
 const PEOPLE: &str = "demo/corpus";
 const CAPTURED: &str = "corpus";
 
-/// A folder with `demo/corpus`, of the program's own people, and `corpus`, of captures beside their truth; made once.
-/// Nobody writes there.
+/// Of [`CAPTURED`]'s captures and a few more, of the same names.
+const BOTH: &str = "both";
+
+/// A folder with `demo/corpus`, of the program's own people, `corpus`, of captures beside their truth, and `both`; made
+/// once. Nobody writes there.
 fn folder() -> &'static Path {
     static FOLDER: OnceLock<PathBuf> = OnceLock::new();
     FOLDER.get_or_init(|| {
@@ -58,6 +61,8 @@ fn folder() -> &'static Path {
             "run annotate --set ingest.without_input=procedural --set procedural.clips=8 --out demo/corpus",
             "synth --clips 6 --seed 3 --format bvh --out captures",
             "run annotate --input captures --out corpus",
+            "synth --clips 2 --seed 4 --format bvh --out more",
+            "run annotate --input captures --input more --out both",
         ] {
             let done = mill(&folder, &command.split(' ').collect::<Vec<_>>());
             assert_eq!(done.code, 0, "{command}: {}{}", done.out, done.err);
@@ -230,6 +235,33 @@ fn filters_leave_clips_out_and_files_without_a_clip_are_told() {
 }
 
 #[test]
+fn filters_do_not_change_whose_truth_a_file_is() {
+    let both = there(BOTH);
+    let twin = clips(BOTH).into_iter().find(|clip| clip.source == "more").unwrap();
+    let last = twin.name.rsplit('/').next().unwrap().to_owned();
+    // Named in full it is one clip's, and stays so if only its namesake is asked for.
+    let own = with_file(&format!("t/captures/{}.truth.csv", twin.name), "no table");
+    let begins =
+        format!("error: {both}: no clip could be compared\n  why: no file of truth there is called as a clip ");
+    refused(own.path(), &[&both, "--truth", "t", "--source", "more"], 1, &begins, ".truth.csv");
+    refused(own.path(), &[&both, "--truth", "t", "--source", "captures"], 1, "error: t/captures/", "");
+    // Two are called so, also if only one of them is asked for; who asks for neither needs not care.
+    let doubtful = with_file(&format!("t/{last}.truth.csv"), "no table");
+    let begins =
+        format!("error: t/{last}.truth.csv is called as clips captures/{} and more/{}\n", twin.name, twin.name);
+    for source in ["captures", "more"] {
+        refused(doubtful.path(), &[&both, "--truth", "t", "--source", source], 1, &begins, "its full name, captures/");
+    }
+    let others = clips(CAPTURED).into_iter().filter(|clip| clip.name != twin.name && !clip.name.ends_with(&last));
+    let other = others.map(|clip| clip.name).next_back().unwrap();
+    fs::create_dir_all(doubtful.path().join("t/captures").join(&other).parent().unwrap()).unwrap();
+    let truth = format!("{other}.truth.csv");
+    fs::copy(folder().join("captures").join(&truth), doubtful.path().join("t/captures").join(&truth)).unwrap();
+    let one = json(doubtful.path(), &[&both, "--truth", "t", "--name", &format!("^captures/{other}$")]);
+    assert_eq!(one["clips"]["compared"], 1);
+}
+
+#[test]
 fn truth_that_cannot_be_used_says_where() {
     let captured = there(CAPTURED);
     let says = |text: &str, begins: &str, remedy: &str| {
@@ -251,8 +283,25 @@ fn truth_that_cannot_be_used_says_where() {
     // Empty cells know nothing.
     let text: String = (0..frames).map(|frame| format!("{frame},,\n")).collect();
     let empty = with_file("t/walk_01.truth.csv", format!("frame,left,right\n{text}"));
-    let begins = format!("error: {captured}: no clip could be compared\n");
+    let begins = format!("error: {captured}: no clip could be compared\n  why: the truth leaves every frame open\n");
     refused(empty.path(), &[&captured, "--truth", "t", "--name", "walk_01"], 1, &begins, "not empty");
+    let text: String = (0..frames).map(|frame| format!("{frame},{}\n", ["", "unknown"][frame as usize % 2])).collect();
+    let empty = with_file("t/walk_01.truth.csv", format!("frame,gait\n{text}"));
+    refused(empty.path(), &[&captured, "--truth", "t", "--name", "walk_01"], 1, &begins, "not empty");
+    // With contacts in it the clip is compared, and its class is not.
+    let text: String = (0..frames).map(|frame| format!("{frame},1,\n")).collect();
+    let contacts = with_file("t/walk_01.truth.csv", format!("frame,left,gait\n{text}"));
+    let value = json(contacts.path(), &[&captured, "--truth", "t", "--name", "walk_01"]);
+    assert_eq!(value["clips"]["compared"], 1);
+    assert!(value["gait_frames"].is_null() && value["clip_classes"].is_null(), "{value}");
+    #[cfg(unix)]
+    {
+        let folder = tempfile::tempdir().unwrap();
+        fs::create_dir(folder.path().join("t")).unwrap();
+        std::os::unix::fs::symlink("gone", folder.path().join("t/walk_01.truth.csv")).unwrap();
+        let begins = "error: t/walk_01.truth.csv is no file that can be read: ";
+        refused(folder.path(), &[&captured, "--truth", "t"], 1, begins, "a file in its place");
+    }
 }
 
 #[test]
@@ -263,7 +312,8 @@ fn what_cannot_be_compared_says_what_to_try() {
     let nothing = "error: corpus: no clip could be compared\n  why: ";
     refused(here, &[CAPTURED, "--truth", "corpus"], 1, &format!("{nothing}there is no file"), ".truth.csv");
     refused(here, &[CAPTURED, "--procedural"], 1, &format!("{nothing}the program made none"), ".truth.csv");
-    refused(here, &[CAPTURED, "--names", "bandai-namco"], 1, &format!("{nothing}no rule fits"), "a rule whose name");
+    let begins = format!("{nothing}no rule gives a gait to a name such as captures/p01/");
+    refused(here, &[CAPTURED, "--names", "bandai-namco"], 1, &begins, "a rule with a gait");
     let args = [CAPTURED, "--truth", "captures", "--name", "nobody"];
     refused(here, &args, 1, &format!("{nothing}none of its 6 clips fits --name"), "motionmill search corpus");
     let args = [CAPTURED, "--truth", "captures", "--name", "("];

@@ -9,7 +9,7 @@ use super::truths::Truths;
 use crate::annotate::gait_summary::class_of_frames;
 use crate::annotate::{FrameLabels, Gait};
 use crate::corpus::{Catalog, ClipRow, CorpusError, open_to_read, read_clips};
-use crate::evaluate::{ContactScore, GaitConfusion, LengthsDiffer};
+use crate::evaluate::{ContactScore, FrameTruth, GaitConfusion, LengthsDiffer};
 use std::collections::BTreeMap;
 
 /// Runs the verb.
@@ -19,31 +19,32 @@ pub(super) fn evaluate(args: &Evaluate) -> Result<Answer, Refusal> {
     let mut clips = read_clips(&store)?;
     // What was made here has labels of its own, and nobody else's word about it.
     clips.retain(|clip| !clip.origin.is_made());
-    let n_clips = clips.len();
-    clips.retain(|clip| name.as_ref().is_none_or(|name| name.is_match(&clip.full_name())));
-    clips.retain(|clip| args.source.as_ref().is_none_or(|source| *source == clip.source));
     clips.sort_by(|a, b| (&a.source, &a.name).cmp(&(&b.source, &b.name)));
-    let truths = Truths::find(args, &manifest, &clips)?;
+    let is_wanted = |clip: &ClipRow| {
+        name.as_ref().is_none_or(|name| name.is_match(&clip.full_name()))
+            && args.source.as_ref().is_none_or(|source| *source == clip.source)
+    };
+    let wanted: Vec<bool> = clips.iter().map(is_wanted).collect();
+    let truths = Truths::find(args, &manifest, &clips, &wanted)?;
     let corpus = args.corpus.display().to_string();
     let mut evaluation = Evaluation { corpus, by_names: truths.has_rules(), ..Evaluation::default() };
     let mut compared: Vec<Compared> = clips.iter().map(|clip| by_name(clip, &truths)).collect();
-    by_frames(&clips, &truths, &Catalog::open(&store)?, &mut compared)?;
-    for (at, (clip, compared)) in clips.iter().zip(compared).enumerate() {
+    by_frames(args, &clips, &wanted, &truths, &Catalog::open(&store)?, &mut compared)?;
+    for (at, (clip, compared)) in clips.iter().zip(compared).enumerate().filter(|&(at, _)| wanted[at]) {
         match compared.is_empty() {
             false => evaluation.clips.push(compared),
             true => evaluation.left_out.push((clip.full_name(), why_left_out(at, clip, &truths))),
         }
     }
     if evaluation.clips.is_empty() {
-        return Err(nothing(args, n_clips, clips.len(), &evaluation, &truths));
+        return Err(nothing(args, clips.len(), &evaluation, &truths));
     }
     let answer = match args.json {
         true => Answer::json(&evaluation.json(args.min_confidence, args.by_clip)),
         false => Answer::text(evaluation.text(args.min_confidence, args.by_clip)),
     };
-    // With fewer clips than there are, files of the others are to be expected.
     Ok(match truths.unused() {
-        [first, ..] if clips.len() == n_clips => {
+        [first, ..] => {
             let n = counted(truths.unused().len() as u64, "file");
             answer.remark(format!("note: truth about none of the clips: {n}, such as {}", first.display()))
         }
@@ -57,10 +58,17 @@ fn by_name(clip: &ClipRow, truths: &Truths) -> Compared {
     Compared { clip: clip.full_name(), confidence: clip.labels.gait_confidence, class, ..Compared::default() }
 }
 
-/// What the frames of the clips give, shard by shard: one clip's labels and truth are held at a time.
-fn by_frames(clips: &[ClipRow], truths: &Truths, catalog: &Catalog, compared: &mut [Compared]) -> Result<(), Refusal> {
-    let wanted: BTreeMap<u32, usize> =
-        (0..clips.len()).filter(|&at| truths.has_frames(at, &clips[at])).map(|at| (clips[at].clip_id, at)).collect();
+/// What the frames of the wanted clips give, shard by shard: one clip's labels and truth are held at a time.
+fn by_frames(
+    args: &Evaluate,
+    clips: &[ClipRow],
+    wanted: &[bool],
+    truths: &Truths,
+    catalog: &Catalog,
+    compared: &mut [Compared],
+) -> Result<(), Refusal> {
+    let with_truth = (0..clips.len()).filter(|&at| wanted[at] && truths.has_frames(at, &clips[at]));
+    let wanted: BTreeMap<u32, usize> = with_truth.map(|at| (clips[at].clip_id, at)).collect();
     for shard in catalog.shards() {
         if !shard.record().clips.iter().any(|clip| wanted.contains_key(&clip.clip_id)) {
             continue;
@@ -74,7 +82,14 @@ fn by_frames(clips: &[ClipRow], truths: &Truths, catalog: &Catalog, compared: &m
         for clip in labels {
             let (clip_id, labels) = clip?;
             let Some(&at) = wanted.get(&clip_id) else { continue };
-            compare(&clips[at], at, &labels, truths, &mut compared[at])?;
+            let Some(truth) = truths.frames(at, &clips[at])? else { continue };
+            compare(&clips[at], &labels, &truth, truths, &mut compared[at]).map_err(|error| {
+                // The truth has as many frames as the clip's row, so it is the labels that are too few or too many.
+                let (name, n) = (clips[at].full_name(), clips[at].frames);
+                let what = format!("{name}: {} frames have labels, the clip has {n}", error.labels);
+                let remedy = format!("motionmill verify {}", args.corpus.display());
+                Refusal::new(what, "the table of annotations is damaged", remedy)
+            })?;
         }
     }
     Ok(())
@@ -82,24 +97,20 @@ fn by_frames(clips: &[ClipRow], truths: &Truths, catalog: &Catalog, compared: &m
 
 fn compare(
     clip: &ClipRow,
-    at: usize,
     labels: &FrameLabels,
+    truth: &FrameTruth,
     truths: &Truths,
     compared: &mut Compared,
-) -> Result<(), Refusal> {
-    let Some(truth) = truths.frames(at, clip)? else { return Ok(()) };
-    // The truth has as many frames as the clip's row, so it is the labels that are too few or too many.
-    let damaged = |error: LengthsDiffer| {
-        let what = format!("{}: {} frames have labels, the clip has {}", clip.full_name(), error.labels, clip.frames);
-        Refusal::new(what, "the table of annotations is damaged", "motionmill verify CORPUS")
-    };
-    let contacts = ContactScore::of_clip(labels, &truth, clip.rate_hz).map_err(damaged)?;
+) -> Result<(), LengthsDiffer> {
+    let contacts = ContactScore::of_clip(labels, truth, clip.rate_hz)?;
     compared.contacts = Some(contacts).filter(|contacts| contacts.foot_frames() > 0);
     if let Some(gaits) = &truth.gait {
-        let confusion = GaitConfusion::of_frames(&labels.gait, gaits).map_err(damaged)?;
-        compared.gaits = Some(confusion).filter(|confusion| confusion.total() > 0);
+        let confusion = GaitConfusion::of_frames(&labels.gait, gaits)?;
+        // A column that is empty all along says nothing.
+        compared.gaits = Some(confusion).filter(|confusion| confusion.known() > 0);
         if !truths.has_rules() {
-            compared.class = clip.labels.gait_class.map(|found| (class_of_frames(gaits), found));
+            let truth = Some(class_of_frames(gaits)).filter(|&class| class != Gait::Unknown);
+            compared.class = truth.zip(clip.labels.gait_class);
         }
     }
     Ok(())
@@ -116,12 +127,14 @@ fn why_left_out(at: usize, clip: &ClipRow, truths: &Truths) -> LeftOut {
 }
 
 /// Why there is nothing to show, and what to try.
-fn nothing(args: &Evaluate, n_clips: usize, n_wanted: usize, evaluation: &Evaluation, truths: &Truths) -> Refusal {
+fn nothing(args: &Evaluate, n_clips: usize, evaluation: &Evaluation, truths: &Truths) -> Refusal {
     let corpus = args.corpus.display();
     let what = format!("{corpus}: no clip could be compared");
+    let n_wanted = evaluation.left_out.len();
     let count = |why: LeftOut| evaluation.left_out.iter().filter(|(_, reason)| *reason == why).count();
     if n_clips == 0 {
-        return Refusal::new(what, "it holds no clip that was read", "motionmill inspect CORPUS shows what it holds");
+        let remedy = format!("motionmill inspect {corpus} shows what it holds");
+        return Refusal::new(what, "it holds no clip that was read", remedy);
     }
     if n_wanted == 0 {
         let why = format!("none of its {} fits --name and --source", counted(n_clips as u64, "clip"));
@@ -130,35 +143,34 @@ fn nothing(args: &Evaluate, n_clips: usize, n_wanted: usize, evaluation: &Evalua
     if count(LeftOut::NoTruth) == n_wanted {
         let example = evaluation.left_out.first().map_or("", |(name, _)| name.as_str());
         let why = match (&args.truth, &args.names) {
-            (Some(_), _) if truths.unused().is_empty() => "there is no file of truth in that folder".to_owned(),
+            (Some(_), _) if !truths.has_files() => "there is no file of truth in that folder".to_owned(),
             (Some(_), _) => format!("no file of truth there is called as a clip such as {example}"),
-            (None, Some(_)) => format!("no rule fits a name such as {example}"),
+            (None, Some(_)) => format!(
+                "no rule gives a gait to a name such as {example}: none fits, or the first that does says `unknown`"
+            ),
             (None, None) => "the program made none of its clips, or not by the settings that it notes".to_owned(),
         };
         let last = example.rsplit('/').next().unwrap_or(example);
         let remedy = match (&args.truth, &args.names) {
-            (None, Some(_)) => "a rule whose name, a regular expression, fits somewhere in that".to_owned(),
+            (None, Some(_)) => {
+                "a rule with a gait, whose name, a regular expression, fits somewhere in that".to_owned()
+            }
             _ => format!("--truth with a folder that holds {last}.truth.csv"),
         };
         return Refusal::new(what, why, remedy);
     }
     if count(LeftOut::NoLabels) > 0 {
-        let why = format!(
-            "{} with truth have no labels: no feet, or never annotated",
-            grouped(count(LeftOut::NoLabels) as u64)
-        );
-        return Refusal::new(
-            what,
-            why,
-            "motionmill run annotate, or motionmill inspect CORPUS for what is wrong with them",
-        );
+        let n = grouped(count(LeftOut::NoLabels) as u64);
+        let why = format!("{n} with truth have no labels: no feet, or never annotated");
+        let remedy = format!("motionmill run annotate, or motionmill inspect {corpus} for what is wrong with them");
+        return Refusal::new(what, why, remedy);
     }
-    Refusal::new(what, "the truth says of no frame that anything is known", "files with cells that are not empty")
+    Refusal::new(what, "the truth leaves every frame open", "files with cells that are not empty")
 }
 
 impl Compared {
-    /// Whether the truth of the class is known and another was found.
+    /// Whether another class was found than the true one.
     pub(super) fn is_wrong(&self) -> bool {
-        self.class.is_some_and(|(truth, found)| truth != Gait::Unknown && truth != found)
+        self.class.is_some_and(|(truth, found)| truth != found)
     }
 }

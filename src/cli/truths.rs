@@ -28,13 +28,20 @@ pub(super) struct Truths {
 }
 
 impl Truths {
-    /// Finds what the arguments name. `clips` are those that matter.
-    pub(super) fn find(args: &Evaluate, manifest: &Manifest, clips: &[ClipRow]) -> Result<Truths, Refusal> {
+    /// Finds what the arguments name. `clips` are all that were not made here; `matters` says which of them are to be
+    /// compared: files are matched to all, so that a clip has the same truth whichever others are compared.
+    pub(super) fn find(
+        args: &Evaluate,
+        manifest: &Manifest,
+        clips: &[ClipRow],
+        matters: &[bool],
+    ) -> Result<Truths, Refusal> {
         let rules = args.names.as_deref().map(load_name_rules).transpose()?;
         let names: Vec<(&str, &str)> = clips.iter().map(|clip| (clip.source.as_str(), clip.name.as_str())).collect();
-        let files = args.truth.as_ref().map(|folder| find_truth_files(folder, &names)).transpose().map_err(refusal)?;
+        let find = |folder: &PathBuf| find_truth_files(folder, &names, |clip| matters[clip]).map_err(refusal);
+        let files = args.truth.as_ref().map(find).transpose()?;
         let mut truths = Truths { files, people: BTreeMap::new(), settings: String::new(), rules };
-        if args.procedural && clips.iter().any(|clip| clip.origin == Origin::Procedural) {
+        if args.procedural && (clips.iter().zip(matters)).any(|(clip, &is)| is && clip.origin == Origin::Procedural) {
             let plan = noted_plan(manifest).ok_or_else(|| {
                 Refusal::new(
                     format!("{}: it does not say how it was made", args.corpus.display()),
@@ -99,6 +106,11 @@ impl Truths {
         self.rules.is_some()
     }
 
+    /// Whether there is any file of truth.
+    pub(super) fn has_files(&self) -> bool {
+        self.files.as_ref().is_some_and(|files| files.n_files > 0)
+    }
+
     /// Files that are about no clip.
     pub(super) fn unused(&self) -> &[PathBuf] {
         self.files.as_ref().map_or(&[], |files| &files.unused)
@@ -140,13 +152,16 @@ fn refusal(error: TruthFileError) -> Refusal {
             "--truth with a folder that holds NAME.truth.csv for a clip called NAME",
         )
         .in_arguments(),
+        TruthFileError::NoFile { .. } => {
+            Refusal::new(what, "it is called as a file of truth", "a file in its place, or take it away")
+        }
         TruthFileError::SeveralFiles { files, .. } => {
             Refusal::new(what, "it can't be told which of them is its truth", format!("move {} away", files[0]))
         }
         TruthFileError::SeveralClips { clips, .. } => Refusal::new(
             what,
             "it can't be told which of them it is about",
-            format!("its full name, {}.truth.csv in folders; or --name for one of the clips", clips[0]),
+            format!("its full name, {}.truth.csv in folders", clips[0]),
         ),
     }
 }

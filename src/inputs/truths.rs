@@ -1,7 +1,7 @@
 //! Files of truth about clips, and which clip each of them is about.
 
 use super::names::path_text;
-use super::walk::walk;
+use super::walk::{ObstacleKind, walk};
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
 
@@ -15,6 +15,8 @@ pub struct TruthFiles {
     pub of_clip: Vec<Option<PathBuf>>,
     /// Files that are about none of the clips, sorted.
     pub unused: Vec<PathBuf>,
+    /// How many files of truth there are.
+    pub n_files: usize,
 }
 
 /// Why it can't be told which file is about which clip.
@@ -27,6 +29,14 @@ pub enum TruthFileError {
         /// The folder, as the user named it, or one below it.
         path: String,
         /// The system's words.
+        reason: String,
+    },
+    /// Something that is called as a file of truth and is none: a link to nothing, a pipe.
+    #[error("{path} is no file that can be read: {reason}")]
+    NoFile {
+        /// Where it is.
+        path: String,
+        /// The system's words, or what it is.
         reason: String,
     },
     /// Several files fit a clip equally well.
@@ -50,25 +60,24 @@ pub enum TruthFileError {
 /// Finds the file of each clip, at any depth below the folder: `source/name.truth.csv`, failing that `name.truth.csv`,
 /// failing that the last component of the name. A file that is one clip's by a longer name is no other's by a shorter.
 ///
-/// `clips`: source and name of each.
+/// `clips`: source and name of each, of all that there are: which file a clip gets depends on the others. `matters` says
+/// of which it must be certain; where it isn't certain of another, that one gets none.
 ///
 /// # Errors
 /// [`TruthFileError`].
-pub fn find_truth_files(folder: &Path, clips: &[(&str, &str)]) -> Result<TruthFiles, TruthFileError> {
-    let walked = walk(folder, |name| name.to_string_lossy().ends_with(TRUTH_SUFFIX));
-    if let Some((below, reason)) = walked.obstacles.iter().find_map(|obstacle| obstacle.folder()) {
-        let path = if below.as_os_str().is_empty() { folder.to_owned() } else { folder.join(below) };
-        return Err(TruthFileError::Absent { path: path.display().to_string(), reason });
-    }
-    let mut files: Vec<(String, PathBuf)> =
-        walked.files.into_iter().map(|file| (path_text(&file.below), file.below)).collect();
-    files.sort();
+pub fn find_truth_files(
+    folder: &Path,
+    clips: &[(&str, &str)],
+    matters: impl Fn(usize) -> bool,
+) -> Result<TruthFiles, TruthFileError> {
+    let files = truth_files_below(folder)?;
     let mut by_last: BTreeMap<&str, Vec<usize>> = BTreeMap::new();
     for (at, (text, _)) in files.iter().enumerate() {
         by_last.entry(last_component(stem(text))).or_default().push(at);
     }
     let mut file_of_clip: Vec<Option<usize>> = vec![None; clips.len()];
-    let mut taken = BTreeSet::new();
+    // Clips whose search has ended, and files that some clip is called as.
+    let (mut settled, mut taken) = (vec![false; clips.len()], BTreeSet::new());
     let shown = |at: usize| folder.join(&files[at].1).display().to_string();
     let full_name = |clip: usize| format!("{}/{}", clips[clip].0, clips[clip].1);
     let rules: [fn(&str, &str) -> String; 3] = [
@@ -77,35 +86,75 @@ pub fn find_truth_files(folder: &Path, clips: &[(&str, &str)]) -> Result<TruthFi
         |_, name| last_component(name).to_owned(),
     ];
     for rule in rules {
-        let mut clip_of_file: BTreeMap<usize, usize> = BTreeMap::new();
-        for (clip, (source, name)) in clips.iter().enumerate().filter(|&(clip, _)| file_of_clip[clip].is_none()) {
+        let mut clips_of_file: BTreeMap<usize, Vec<usize>> = BTreeMap::new();
+        let mut doubtful = Vec::new();
+        for (clip, (source, name)) in clips.iter().enumerate().filter(|&(clip, _)| !settled[clip]) {
             let wanted = rule(source, name);
             let called = by_last.get(last_component(&wanted)).into_iter().flatten().copied();
-            let mut fits = called.filter(|at| !taken.contains(at) && is_called(stem(&files[*at].0), &wanted));
-            let Some(first) = fits.next() else { continue };
-            if let Some(second) = fits.next() {
-                return Err(TruthFileError::SeveralFiles {
-                    clip: full_name(clip),
-                    files: [shown(first), shown(second)],
-                });
-            }
-            if let Some(other) = clip_of_file.insert(first, clip) {
-                return Err(TruthFileError::SeveralClips {
-                    file: shown(first),
-                    clips: [full_name(other), full_name(clip)],
-                });
+            let fits: Vec<usize> =
+                called.filter(|at| !taken.contains(at) && is_called(stem(&files[*at].0), &wanted)).collect();
+            match fits[..] {
+                [] => {}
+                [file] => clips_of_file.entry(file).or_default().push(clip),
+                [first, second, ..] if matters(clip) => {
+                    let files = [shown(first), shown(second)];
+                    return Err(TruthFileError::SeveralFiles { clip: full_name(clip), files });
+                }
+                _ => doubtful.push((clip, fits)),
             }
         }
-        for (file, clip) in clip_of_file {
-            file_of_clip[clip] = Some(file);
+        for (file, of_file) in clips_of_file {
+            match of_file[..] {
+                [clip] => file_of_clip[clip] = Some(file),
+                [first, second, ..] => {
+                    if let Some(&clip) = of_file.iter().find(|&&clip| matters(clip)) {
+                        let other = if clip == first { second } else { first };
+                        let clips = [full_name(clip.min(other)), full_name(clip.max(other))];
+                        return Err(TruthFileError::SeveralClips { file: shown(file), clips });
+                    }
+                }
+                [] => {}
+            }
+            of_file.iter().for_each(|&clip| settled[clip] = true);
             taken.insert(file);
+        }
+        for (clip, fits) in doubtful {
+            settled[clip] = true;
+            taken.extend(fits);
         }
     }
     let path = |at: usize| folder.join(&files[at].1);
     Ok(TruthFiles {
         of_clip: file_of_clip.iter().map(|file| file.map(path)).collect(),
         unused: (0..files.len()).filter(|at| !taken.contains(at)).map(path).collect(),
+        n_files: files.len(),
     })
+}
+
+/// Their paths from the folder, as text and as they are, sorted.
+fn truth_files_below(folder: &Path) -> Result<Vec<(String, PathBuf)>, TruthFileError> {
+    let walked = walk(folder, |name| name.to_string_lossy().ends_with(TRUTH_SUFFIX));
+    for obstacle in &walked.obstacles {
+        let below = &obstacle.below;
+        let path = if below.as_os_str().is_empty() { folder.to_owned() } else { folder.join(below) };
+        let path = path.display().to_string();
+        let is_truth = path_text(below).ends_with(TRUTH_SUFFIX);
+        match &obstacle.kind {
+            ObstacleKind::Folder(error) => return Err(TruthFileError::Absent { path, reason: error.to_string() }),
+            ObstacleKind::Entry(error) if is_truth => {
+                return Err(TruthFileError::NoFile { path, reason: error.to_string() });
+            }
+            ObstacleKind::Special if is_truth => {
+                return Err(TruthFileError::NoFile { path, reason: "a pipe, socket or device".to_owned() });
+            }
+            // Links that were not truth, or to folders that are walked already.
+            ObstacleKind::Entry(_) | ObstacleKind::Special | ObstacleKind::Loop => {}
+        }
+    }
+    let mut files: Vec<(String, PathBuf)> =
+        walked.files.into_iter().map(|file| (path_text(&file.below), file.below)).collect();
+    files.sort();
+    Ok(files)
 }
 
 /// Whether a path ends in a name, at the border of a folder.
@@ -128,6 +177,14 @@ mod tests {
     use std::fs;
 
     fn found(files: &[&str], clips: &[(&str, &str)]) -> Result<Vec<String>, String> {
+        found_for(files, clips, |_| true)
+    }
+
+    fn found_for(
+        files: &[&str],
+        clips: &[(&str, &str)],
+        matters: impl Fn(usize) -> bool,
+    ) -> Result<Vec<String>, String> {
         let folder = tempfile::tempdir().unwrap();
         for file in files {
             let path = folder.path().join(file);
@@ -136,7 +193,7 @@ mod tests {
         }
         let root = format!("{}/", folder.path().display());
         let short = |path: &PathBuf| path.display().to_string().replace(&root, "");
-        match find_truth_files(folder.path(), clips) {
+        match find_truth_files(folder.path(), clips, matters) {
             Ok(found) => {
                 let mut names: Vec<String> =
                     found.of_clip.iter().map(|file| file.as_ref().map_or("-".to_owned(), short)).collect();
@@ -174,6 +231,33 @@ mod tests {
             found(&["walk.truth.csv"], &[("a", "p/walk"), ("a", "q/walk")]).unwrap_err(),
             "walk.truth.csv is called as clips a/p/walk and a/q/walk"
         );
-        assert!(find_truth_files(Path::new("no/such/folder"), &[]).is_err());
+        assert!(find_truth_files(Path::new("no/such/folder"), &[], |_| true).is_err());
+    }
+
+    #[test]
+    fn doubt_about_clips_that_do_not_matter_gives_their_files_to_no_other() {
+        let clips = [("a", "p/walk"), ("a", "q/walk"), ("b", "x/walk"), ("b", "run")];
+        let files = ["b/x/walk.truth.csv", "walk.truth.csv", "run.truth.csv", "old/run.truth.csv"];
+        // The file with the long name is its own clip's, also if only that of the others matters.
+        let error = "walk.truth.csv is called as clips a/p/walk and a/q/walk";
+        assert_eq!(found_for(&files, &clips, |clip| clip == 1).unwrap_err(), error);
+        assert_eq!(found_for(&files, &clips, |clip| clip == 2).unwrap(), ["-", "-", "b/x/walk.truth.csv", "-"]);
+        let error = "old/run.truth.csv and run.truth.csv are both called as clip b/run";
+        assert_eq!(found_for(&files, &clips, |clip| clip == 3).unwrap_err(), error);
+    }
+
+    #[cfg(unix)]
+    #[test]
+    fn what_is_called_as_truth_and_is_no_file_is_an_error() {
+        let folder = tempfile::tempdir().unwrap();
+        std::os::unix::fs::symlink("nowhere", folder.path().join("walk.bvh")).unwrap();
+        assert_eq!(find_truth_files(folder.path(), &[("a", "walk")], |_| true).unwrap().n_files, 0);
+        std::os::unix::fs::symlink("nowhere", folder.path().join("walk.truth.csv")).unwrap();
+        let error = find_truth_files(folder.path(), &[("a", "walk")], |_| true).unwrap_err();
+        assert!(matches!(&error, TruthFileError::NoFile { path, .. } if path.ends_with("walk.truth.csv")), "{error}");
+        fs::remove_file(folder.path().join("walk.truth.csv")).unwrap();
+        let _socket = std::os::unix::net::UnixListener::bind(folder.path().join("run.truth.csv")).unwrap();
+        let error = find_truth_files(folder.path(), &[], |_| true).unwrap_err().to_string();
+        assert!(error.ends_with("run.truth.csv is no file that can be read: a pipe, socket or device"), "{error}");
     }
 }

@@ -108,16 +108,6 @@ fn walk_with(root: &Path, wanted: impl Fn(&OsStr) -> bool, list: impl Fn(&Path) 
     }
 }
 
-impl Obstacle {
-    /// The folder that can't be listed, and why, if it is one.
-    pub(crate) fn folder(&self) -> Option<(&Path, String)> {
-        match &self.kind {
-            ObstacleKind::Folder(error) => Some((&self.below, error.to_string())),
-            _ => None,
-        }
-    }
-}
-
 impl Walk {
     fn file(&mut self, below: PathBuf, metadata: io::Result<fs::Metadata>) {
         match metadata {
