@@ -233,6 +233,25 @@ fn mistakes_in_a_plan_say_where_and_end_with_2() {
 }
 
 #[test]
+fn thresholds_that_nothing_goes_by_are_noted() {
+    const NOTE: &str = "note: [contacts.thesis] has no effect: the detector in force is `adaptive`\n  why: ";
+    const REMEDY: &str = "\n  try: contacts.detector=\"thesis\"\n";
+    let set = ["--set", "contacts.thesis.max_height_m=0.04", "--set", "contacts.extrema.max_speed_mps=0.6"];
+    let noted = mill(demo(), &[&["check", "annotate"], &set[..]].concat());
+    assert_eq!(noted.code, 0, "{}", noted.out);
+    assert!(noted.err.starts_with(NOTE) && noted.err.ends_with(REMEDY), "{}", noted.err);
+    assert_eq!(noted.err.lines().count(), 3, "{}", noted.err);
+    let value = json(demo(), &[&["check", "annotate", "--json"], &set[..]].concat());
+    assert_eq!(value["notes"][0]["try"], "contacts.detector=\"thesis\"");
+    let remedied = mill(demo(), &[&["check", "annotate", "--set", "contacts.detector=\"thesis\""], &set[..]].concat());
+    assert_eq!(remedied.err, "");
+    assert_eq!(mill(demo(), &["check", "demo"]).err, "");
+    let run = mill(copy().path(), &[&RUN[..], &set].concat());
+    assert_eq!(run.code, 0, "{}", run.err);
+    assert!(run.err.starts_with(NOTE) && run.err.contains(REMEDY), "{}", run.err);
+}
+
+#[test]
 fn check_counts_what_would_be_read() {
     let seen = mill(demo(), &["check", "enrich", "--input", "demo/captures"]);
     assert_eq!(seen.code, 0, "{}", seen.err);

@@ -6,13 +6,13 @@ use super::Ending;
 use super::args::Check;
 use super::faults;
 use super::numbers::{bytes, counted, grouped};
-use super::output::{Answer, Refusal};
+use super::output::{Answer, Refusal, idle_thresholds};
 use super::table::{Side, Table};
 use crate::corpus::FaultRow;
 use crate::formats::{AsfSkeleton, Deviation, Finding, Motion, ReadOptions, Reading, read_amc, read_asf, read_bvh};
 use crate::inputs::{Found, Input, find_inputs};
 use crate::motion::{Format, Notice, Severity};
-use crate::plan::{ClipFacts, Plan, PlanError, Stage, WithoutInput};
+use crate::plan::{ClipFacts, IdleThresholds, Plan, PlanError, Stage, WithoutInput};
 use rayon::prelude::*;
 use serde::Serialize;
 use serde_json::json;
@@ -67,8 +67,11 @@ pub(super) fn check(args: &Check) -> Result<Answer, Refusal> {
     let stages: Vec<&str> = plan.stages.iter().map(|planned| planned.stage.name()).collect();
     let ending = if unusable.is_empty() { Ending::Done } else { Ending::Quarantined };
     if args.json {
+        let notes = plan.config.idle_thresholds();
+        let note = |idle: &IdleThresholds| json!({"what": idle.what(), "why": idle.why(), "try": idle.remedy()});
+        let notes: Vec<_> = notes.iter().map(note).collect();
         let value = json!({
-            "mistakes": [], "pipeline": plan.pipeline, "stages": stages, "inputs": amounts, "skipped": found.skipped,
+            "mistakes": [], "notes": notes, "pipeline": plan.pipeline, "stages": stages, "inputs": amounts, "skipped": found.skipped,
             "unusable": unusable.iter().map(|(source, name)| format!("{source}/{name}")).collect::<Vec<_>>(),
             "faults": faults::json(&faults),
         });
@@ -87,7 +90,9 @@ pub(super) fn check(args: &Check) -> Result<Answer, Refusal> {
         n => format!("no mistake in the plan; {} can't be used and would be left out", counted(n, "clip")),
     };
     text.push_str(&format!("check    {verdict}\n"));
-    Ok(Answer::text(text).ending(ending))
+    let mut answer = Answer::text(text).ending(ending);
+    answer.remarks.extend(idle_thresholds(&plan.config));
+    Ok(answer)
 }
 
 fn inputs_text(plan: &Plan, none_named: bool, amounts: &[Amount], found: &Found) -> String {

@@ -5,7 +5,7 @@
 use super::Ending;
 use crate::corpus::{CorpusError, LookUpError};
 use crate::inputs::InputError;
-use crate::plan::PlanError;
+use crate::plan::{Config, IdleThresholds, PlanError};
 use serde::Serialize;
 use std::borrow::Cow;
 use std::io::{ErrorKind, Write};
@@ -125,6 +125,12 @@ impl From<Vec<InputError>> for Refusal {
             .collect();
         Refusal { text: texts.join("\n\n"), ending: Ending::BadPlan }
     }
+}
+
+/// A note for each section of thresholds that somebody changed and that nothing goes by.
+pub(super) fn idle_thresholds(config: &Config) -> Vec<String> {
+    let note = |idle: &IdleThresholds| three_lines("note", &idle.what(), &idle.why(), &idle.remedy());
+    config.idle_thresholds().iter().map(note).collect()
 }
 
 /// `error: what`, and below it why and what to do.

@@ -80,12 +80,7 @@ fn facts(row: &ClipRow, annotated: &Annotated, detector: Detector) -> String {
     let length = format!("{} frames at {rate_hz} Hz, {:.2} s", grouped(u64::from(row.frames)), row.duration_s);
     let class = annotated.clip.gait_class.map_or("no class", |class| class.name());
     let confidence = annotated.clip.gait_confidence.map_or_else(String::new, |sure| format!(", confidence {sure:.2}"));
-    let detector = match detector {
-        Detector::Adaptive => "adaptive",
-        Detector::Thesis => "thesis",
-        Detector::Extrema => "extrema",
-    };
-    format!("{length};  {class}{confidence};  detector: {detector}")
+    format!("{length};  {class}{confidence};  detector: {}", detector.name())
 }
 
 /// Thresholds in the body's own size.

@@ -2,7 +2,7 @@
 
 use super::args::Run;
 use super::numbers::{bytes, counted, duration, grouped};
-use super::output::{Refusal, say, tell};
+use super::output::{Refusal, idle_thresholds, say, tell};
 use super::overview::Overview;
 use super::progress::Progress;
 use super::synth::{SynthError, write_captures};
@@ -69,6 +69,9 @@ pub(super) fn run(args: Run) -> Ending {
     let rules = plan.config.input_rules();
     if leads && let Err(errors) = find_inputs(&inputs, &rules, plan.config.limits.max_clip_bytes) {
         return give(Err(errors.into()));
+    }
+    if leads {
+        idle_thresholds(&plan.config).iter().for_each(|note| tell(note));
     }
     let procedural = makes_people;
     let request = RunRequest { plan, inputs, procedural, out, workers, hosts, prune: args.prune, from: None };

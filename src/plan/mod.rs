@@ -3,12 +3,13 @@
 //! `document` reads TOML into trees that remember places, and lays one over the other; `reader` reads such a tree
 //! into [`Config`] with serde and collects the mistakes; `ranges` holds the values against their bounds; `pipeline`
 //! checks the order of stages; `mistakes` says it in words. [`PlanKeys`] tell finished work from work to do.
-//! `name_rules` reads the rules of `evaluate` in the same way.
+//! `idle` finds settings that have no effect as others stand. `name_rules` reads the rules of `evaluate` in the same way.
 
 pub mod config;
 mod document;
 pub mod error;
 pub mod filter;
+pub mod idle;
 pub mod keys;
 pub mod load;
 mod mistakes;
@@ -24,6 +25,7 @@ pub mod stages;
 pub use config::{Config, PoseRotations, WithoutInput};
 pub use error::PlanError;
 pub use filter::{ClipFacts, ClipFilter};
+pub use idle::IdleThresholds;
 pub use keys::{PlanKeys, shard_key};
 pub use load::Plan;
 pub use name_rules::load_name_rules;

@@ -52,6 +52,17 @@ pub enum Detector {
     Extrema,
 }
 
+impl Detector {
+    /// The word in configs.
+    pub fn name(self) -> &'static str {
+        match self {
+            Detector::Adaptive => "adaptive",
+            Detector::Thesis => "thesis",
+            Detector::Extrema => "extrema",
+        }
+    }
+}
+
 /// Foot contacts.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
