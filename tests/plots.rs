@@ -1,5 +1,6 @@
 //! `inspect --plot`: a clip's feet and gait as a picture that any reader of SVG takes.
 
+use crate::running::{digests, same};
 use motionmill::corpus::{ClipRow, Manifest, Store, read_clips};
 use roxmltree::Document;
 use std::fs;
@@ -126,11 +127,26 @@ fn what_cannot_be_plotted_is_refused_and_nothing_is_written() {
     assert!(said.err.starts_with("error: no clip is called `no_such_clip`"), "{}", said.err);
     assert_eq!(fs::read_dir(folder.path()).unwrap().count(), 0);
 
-    let (said, _) = plotted("corpus", &clip().full_name(), &["--strip", "feet.svg"]);
-    assert_eq!(said.code, Some(2), "{}", said.err);
-    assert!(said.err.starts_with("error: --strip and --plot name one file\n"), "{}", said.err);
+    for again in ["feet.svg", "./feet.svg", "././feet.svg"] {
+        let (said, folder) = plotted("corpus", &clip().full_name(), &["--strip", again]);
+        assert_eq!(said.code, Some(2), "{}", said.err);
+        assert!(said.err.starts_with("error: --strip and --plot name one file\n"), "{}", said.err);
+        assert_eq!(fs::read_dir(folder.path()).unwrap().count(), 0);
+    }
 
     let corpus = made().join("corpus");
+    for (option, file) in
+        [("--strip", "corpus/s.svg"), ("--strip", "fixed/../corpus/s.svg"), ("--plot", "corpus/clips.parquet")]
+    {
+        let before = digests(&corpus);
+        let said = mill(made(), &["inspect", "corpus", &clip().full_name(), option, file]);
+        assert_eq!((said.code, said.out.as_str()), (Some(2), ""), "{}", said.err);
+        let begins = format!("error: {option} {file} lies in the corpus\n  why: ");
+        let remedy = format!("\n  try: {option} {}\n", file.rsplit('/').next().unwrap());
+        assert!(said.err.starts_with(&begins) && said.err.ends_with(&remedy), "{}", said.err);
+        same(&before, &digests(&corpus), file);
+    }
+
     let args = ["inspect", corpus.to_str().unwrap(), &clip().full_name(), "--plot", "no/such/folder/feet.svg"];
     let said = mill(made(), &args);
     assert_eq!(said.code, Some(1));

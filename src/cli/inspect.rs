@@ -6,7 +6,7 @@ use super::distrust::{Distrust, is_doubtful};
 use super::output::{Answer, Refusal};
 use super::overview::{Overview, there};
 use super::search::{clip_json, listing};
-use super::{faults, made, plot, raw, strip};
+use super::{faults, made, pictures, plot, raw, strip};
 use crate::corpus::{
     Catalog, ClipRow, FaultRow, LookUpError, Manifest, Store, left_out, look_up, open_to_read, read_clips, read_faults,
     read_made, read_recipes,
@@ -76,10 +76,7 @@ fn clip(
     store: &Store,
     manifest: &Manifest,
 ) -> Result<Answer, Refusal> {
-    if args.plot.is_some() && args.plot == args.strip {
-        let why = "each is a picture of its own";
-        return Err(Refusal::new("--strip and --plot name one file", why, "two files").in_arguments());
-    }
+    pictures::check_targets(args)?;
     let all_faults = there(read_faults(store))?.unwrap_or_default();
     let row = match look_up(clips, wanted) {
         Ok(row) => row,
@@ -99,46 +96,52 @@ fn clip(
         return Ok(faults_answer(&of_it, args.json, &format!("{}: no note, no warning, no fault", row.full_name())));
     }
     let catalog = Catalog::open(store)?;
-    // First: it may be refused, and then nothing is written.
-    let plotted = match &args.plot {
-        Some(file) => Some(plot::draw_to(file, row, &args.corpus, manifest, &catalog)?),
+    // Everything is read and drawn before anything is written: each of it may be refused.
+    let plotted = match args.plot {
+        Some(_) => Some(plot::draw(row, &args.corpus, manifest, &catalog)?),
         None => None,
     };
-    let drawn = match &args.strip {
-        Some(file) => Some(strip::draw_to(file, row, clips, store, &catalog)?),
+    let drawn = match args.strip {
+        Some(_) => Some(strip::draw(row, clips, store, &catalog)?),
         None => None,
     };
     let page = ClipPage::read(row, clips, of_it, store, &catalog)?;
     let skeleton = catalog.shard_of(row.clip_id)?.skeleton(row.clip_id)?;
+    let mut written: Vec<(&str, String)> = Vec::new();
+    if let Some((file, strip::Drawn { svg, words })) = args.strip.as_deref().zip(drawn) {
+        pictures::write("--strip", file, &svg)?;
+        written.push(("strip", format!("{}: {words}", file.display())));
+    }
+    let mut remark = None;
+    if let Some((file, plotted)) = args.plot.as_deref().zip(plotted) {
+        pictures::write("--plot", file, &plotted.svg)?;
+        written.push(("plot", format!("{}: {}", file.display(), plotted.words)));
+        remark = plotted.remark;
+    }
     if args.json {
         let mut value = page.json();
         if args.raw {
             value["raw"] = raw::json(skeleton);
         }
-        if let Some(drawn) = drawn {
-            value["strip"] = drawn.into();
+        for (word, words) in written {
+            value[word] = words.into();
         }
-        if let Some(plotted) = &plotted {
-            value["plot"] = plotted.words.as_str().into();
-        }
-        return Ok(with_remark(Answer::json(&value), plotted));
+        return Ok(with_remark(Answer::json(&value), remark));
     }
     let mut text = page.text();
     if args.raw {
         text.push('\n');
         text.push_str(&raw::text(skeleton));
     }
-    let written = [("strip", drawn.as_deref()), ("plot", plotted.as_ref().map(|plotted| plotted.words.as_str()))];
-    let written = written.iter().filter_map(|(word, words)| Some(format!("{word:<11}{}\n", (*words)?)));
-    let written: String = written.collect();
+    let written: String = written.iter().map(|(word, words)| format!("{word:<11}{words}\n")).collect();
     if !written.is_empty() {
         text.push_str(&format!("\n{written}"));
     }
-    Ok(with_remark(Answer::text(text), plotted))
+    Ok(with_remark(Answer::text(text), remark))
 }
 
-fn with_remark(answer: Answer, plotted: Option<plot::Plotted>) -> Answer {
-    match plotted.and_then(|plotted| plotted.remark) {
+fn with_remark(answer: Answer, remark: Option<String>) -> Answer {
+    match remark {
         Some(remark) => answer.remark(remark),
         None => answer,
     }

@@ -3,8 +3,8 @@
 //! Results go to standard output, progress and messages to standard error. Exit codes: 0 done; 2 arguments, config or
 //! plan; 1 anything else that prevents or ends the work; 3 done with quarantined clips; 130 interrupted (resumable).
 //!
-//! One file a verb; `overview`, `distrust`, `faults`, `made`, `clip_page`, `strip` and `plot` are the parts of `inspect`,
-//! `truths` and `evaluation` those of `evaluate`.
+//! One file a verb; `overview`, `distrust`, `faults`, `made`, `clip_page`, `strip`, `plot` and `pictures` are the parts of
+//! `inspect`, `truths` and `evaluation` those of `evaluate`.
 
 mod args;
 mod check;
@@ -20,6 +20,7 @@ mod made;
 mod numbers;
 mod output;
 mod overview;
+mod pictures;
 mod plot;
 mod progress;
 mod raw;

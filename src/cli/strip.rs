@@ -1,7 +1,6 @@
 //! A clip as a strip of stick figures; a made clip below its base and its donor.
 
 use super::numbers::counted;
-use super::output::Refusal;
 use super::overview::there;
 use crate::annotate::FrameLabels;
 use crate::corpus::{Catalog, ClipRow, CorpusError, Store, read_made};
@@ -9,7 +8,6 @@ use crate::motion::Poses;
 use crate::motion::kinematics::poses;
 use crate::picture::{Layout, Strip, View, spread, strips};
 use std::ops::Range;
-use std::path::Path;
 
 /// Figures of a strip.
 const FIGURES: usize = 14;
@@ -23,14 +21,14 @@ struct Drawing<'a> {
     frames: Vec<usize>,
 }
 
-/// Draws the clip and writes the picture; answers what was written, in words.
-pub(super) fn draw_to(
-    file: &Path,
-    row: &ClipRow,
-    clips: &[ClipRow],
-    store: &Store,
-    catalog: &Catalog,
-) -> Result<String, Refusal> {
+/// A picture, and what is on it, in words.
+pub(super) struct Drawn {
+    pub(super) svg: String,
+    pub(super) words: String,
+}
+
+/// Draws the clip.
+pub(super) fn draw(row: &ClipRow, clips: &[ClipRow], store: &Store, catalog: &Catalog) -> Result<Drawn, CorpusError> {
     let mut drawings = Vec::new();
     let mut own_frames = 0..row.frames;
     if let Some(recipe) = &row.recipe {
@@ -66,14 +64,9 @@ pub(super) fn draw_to(
             layout: Layout::Row,
         });
     }
-    let svg = strips(&drawn);
-    std::fs::write(file, svg).map_err(|error| {
-        let why = "the picture is written there";
-        Refusal::new(format!("{}: {error}", file.display()), why, "--strip with a file in a folder that can be written")
-    })?;
     let figures: usize = drawings.iter().map(|drawing| drawing.frames.len()).sum();
-    let what = [counted(drawings.len() as u64, "strip"), counted(figures as u64, "figure")].join(", ");
-    Ok(format!("{}: {what}", file.display()))
+    let words = [counted(drawings.len() as u64, "strip"), counted(figures as u64, "figure")].join(", ");
+    Ok(Drawn { svg: strips(&drawn), words })
 }
 
 fn drawing<'a>(

@@ -80,19 +80,20 @@ impl Page<'_> {
         self.columns.curve(|frame| number(column, frame))
     }
 
-    /// Ankle and toe of a foot over its stance, and a mark.
+    /// Ankle and toe of a foot over its stance, and its mark; `marks`: `[foot]`.
     fn draw_joints(
         &self,
         canvas: &Canvas<'_>,
         foot: usize,
         what: &str,
         columns: &[Vec<Option<f32>>; 4],
-        mark: Option<(f64, &str)>,
+        marks: [Option<(f64, &str)>; 2],
         top: f64,
     ) -> Drawn {
         let (side, colors) = &FEET[foot];
-        let mark = mark.filter(|(value, _)| value.is_finite() && *value > 0.0);
-        let at_least = mark.map_or(0.1, |(value, _)| 1.3 * value);
+        let marks = marks.map(|mark| mark.filter(|(value, _)| value.is_finite() && *value > 0.0));
+        let highest = marks.iter().flatten().map(|(value, _)| 1.3 * value).reduce(f64::max);
+        let at_least = highest.unwrap_or(0.1);
         // Both feet on one scale, so that they can be compared.
         let y = reach(columns, 0.0..at_least);
         let panel = canvas.panel(top, CURVE_HEIGHT, y.clone())?;
@@ -101,7 +102,7 @@ impl Page<'_> {
         canvas.lines_of_time(&panel)?;
         canvas.values(&panel, &round_marks(&y, 5))?;
         let mut key = vec![Key::Patch("stance", colors.tint)];
-        if let Some((value, name)) = mark {
+        if let Some((value, name)) = marks[foot] {
             panel.dashes(value)?;
             key.push(Key::Dashes(name));
         }
@@ -123,13 +124,13 @@ impl Page<'_> {
             foot,
             "height above the resting ground (m)",
             &labels.heights,
-            self.plot.height_mark,
+            self.plot.height_marks,
             top,
         )
     }
 
     fn draw_speeds(&self, canvas: &Canvas<'_>, foot: usize, top: f64) -> Drawn {
-        self.draw_joints(canvas, foot, "speed (m/s)", &self.plot.labels.speeds, self.plot.speed_mark, top)
+        self.draw_joints(canvas, foot, "speed (m/s)", &self.plot.labels.speeds, [self.plot.speed_mark; 2], top)
     }
 
     fn draw_log_odds(&self, canvas: &Canvas<'_>, top: f64) -> Drawn {

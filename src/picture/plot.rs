@@ -20,8 +20,8 @@ pub struct Plot<'a> {
     pub rate_hz: f64,
     /// The columns. Log-odds and force are those of the diagnostics; without any their panels are left out.
     pub labels: &'a FrameLabels,
-    /// Height at which the evidence turns against a contact, metres in the body's own size, and its name.
-    pub height_mark: Option<(f64, &'a str)>,
+    /// `[foot]`: height at which the evidence turns against a contact, metres in the body's own size, and its name.
+    pub height_marks: [Option<(f64, &'a str)>; 2],
     /// Speed at which it does, m/s, and its name. None: it varies.
     pub speed_mark: Option<(f64, &'a str)>,
 }
@@ -190,8 +190,8 @@ mod tests {
     }
 
     fn drawn(labels: &FrameLabels) -> String {
-        let (height_mark, speed_mark) = (Some((0.06, "evidence height")), None);
-        plot(&Plot { name: "a/b", facts: "40 frames", rate_hz: 30.0, labels, height_mark, speed_mark })
+        let (height_marks, speed_mark) = ([Some((0.06, "evidence height")); 2], None);
+        plot(&Plot { name: "a/b", facts: "40 frames", rate_hz: 30.0, labels, height_marks, speed_mark })
     }
 
     /// Points of the curves of a color, a curve a piece.
@@ -294,14 +294,23 @@ mod tests {
                 let mark = Some((mark, "mark"));
                 let name = "<a>\u{1}&\"b\"";
                 let facts = "x".repeat(500);
-                let (labels, height_mark, speed_mark) = (&labels, mark, mark);
-                let odd = Plot { name, facts: &facts, rate_hz, labels, height_mark, speed_mark };
+                let (labels, height_marks, speed_mark) = (&labels, [mark, None], mark);
+                let odd = Plot { name, facts: &facts, rate_hz, labels, height_marks, speed_mark };
                 assert!(Page::new(&odd).draw(&mut String::new(), 900.0).is_ok());
                 let svg = plot(&odd);
                 assert!(!svg.contains("NaN") && !svg.contains("inf"), "{n_frames} {rate_hz}");
                 assert!(svg.contains("&lt;a&gt; &amp;") && svg.ends_with("</svg>\n"));
             }
         }
+    }
+
+    #[test]
+    fn each_foot_has_a_mark_of_its_own() {
+        let labels = labels(40);
+        let height_marks = [Some((0.06, "mark of the left")), Some((0.12, "mark of the right"))];
+        let svg =
+            plot(&Plot { name: "a/b", facts: "", rate_hz: 30.0, labels: &labels, height_marks, speed_mark: None });
+        assert!(svg.contains("mark of the left") && svg.contains("mark of the right"));
     }
 
     #[test]

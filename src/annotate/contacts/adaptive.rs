@@ -140,6 +140,11 @@ fn contacts_at_rest(poses: &Poses, roles: &RoleMap, feet: &FootPaths, belt_mps: 
     }
 }
 
+/// Height above its rest at which the evidence of a foot's joint turns from planted to not, scaled metres.
+pub fn evidence_height_m(has_toe: bool) -> f64 {
+    if has_toe { EVIDENCE_HEIGHT_M } else { EVIDENCE_HEIGHT_M * ANKLE_ALONE_HEIGHT }
+}
+
 /// The path of a joint in scaled metres; all zeros where it isn't known.
 fn scaled_path(poses: &Poses, roles: &RoleMap, role: Role, scale: f64) -> Vec<DVec3> {
     let Some(point) = roles.get(role) else { return vec![DVec3::ZERO; poses.n_frames] };
@@ -211,10 +216,10 @@ fn stand_on_levels(
 fn foot_log_odds(foot: Foot, frame: usize, speeds: &FootSpeeds, above: &[Option<Vec<f64>>; 4]) -> f64 {
     let [still, strike, mut lift] =
         [&speeds.still_mps, &speeds.strike_mps, &speeds.lift_mps].map(|thresholds| thresholds[foot as usize][frame]);
-    let mut turning_m = EVIDENCE_HEIGHT_M;
-    if above[joints_of(foot)[1]].is_none() {
+    let has_toe = above[joints_of(foot)[1]].is_some();
+    let turning_m = evidence_height_m(has_toe);
+    if !has_toe {
         lift *= ANKLE_ALONE_SPEED;
-        turning_m *= ANKLE_ALONE_HEIGHT;
     }
     let mut square = f64::INFINITY;
     for joint in joints_of(foot) {

@@ -33,7 +33,8 @@ use super::labels::Foot;
 use crate::motion::{Poses, RoleMap};
 use serde::{Deserialize, Serialize};
 
-/// Height above its rest at which a joint's evidence turns from planted to not (CONTACTS 2.10: epsilon), scaled metres.
+/// Height above its rest at which a joint's evidence turns from planted to not (CONTACTS 2.10: epsilon), scaled metres;
+/// of feet without toes [`adaptive::evidence_height_m`].
 pub const EVIDENCE_HEIGHT_M: f64 = 0.06;
 
 /// A foot may be locked where one of its joints moves at less than this share of the speed below which it is planted.
