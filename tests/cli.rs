@@ -1,28 +1,13 @@
 //! The command line: what each verb prints, and how it ends, on a small corpus of the program's own people.
 
+use crate::running::{mill, said};
 use motionmill::corpus::{Catalog, ClipRow, Store, open_to_run, read_clips};
 use motionmill::formats::{ReadOptions, read_amc, read_asf, read_bvh};
 use serde_json::Value;
 use std::fs;
 use std::path::{Path, PathBuf};
-use std::process::{Command, Output, Stdio};
+use std::process::{Command, Stdio};
 use std::sync::OnceLock;
-
-/// What a command said, and its exit code.
-struct Said {
-    out: String,
-    err: String,
-    code: i32,
-}
-
-fn mill(folder: &Path, args: &[&str]) -> Said {
-    said(Command::new(env!("CARGO_BIN_EXE_motionmill")).current_dir(folder).args(args).output().unwrap())
-}
-
-fn said(output: Output) -> Said {
-    let text = |bytes| String::from_utf8(bytes).unwrap();
-    Said { out: text(output.stdout), err: text(output.stderr), code: output.status.code().unwrap() }
-}
 
 fn json(folder: &Path, args: &[&str]) -> Value {
     let said = mill(folder, args);
@@ -452,8 +437,6 @@ fn a_corpus_that_another_run_holds_is_left_alone() {
     assert_eq!(mill(copy.path(), &RUN).code, 0);
 }
 
-/// Every example of the verbs that look, as the help shows it, in a shell.
-#[cfg(unix)]
 #[test]
 fn synth_writes_the_bench_and_its_noise_as_positions_of_every_joint() {
     let folder = tempfile::tempdir().unwrap();
@@ -466,12 +449,22 @@ fn synth_writes_the_bench_and_its_noise_as_positions_of_every_joint() {
     assert!(folder.path().join("made/b01/walk_back_01.truth.csv").exists());
     assert_eq!(mill(folder.path(), &[&bench[..], &["bvh", "--noise-mm", "5"]].concat()).code, 0);
     assert_eq!(sixes(&fs::read_to_string(&file).unwrap()), 31);
-    for (format, noise_mm, word) in [("amc", "5", "--format bvh"), ("bvh", "5000", "must lie in 0 to 1")] {
-        let said = mill(folder.path(), &[&bench[..], &[format, "--noise-mm", noise_mm]].concat());
-        assert!(said.code == 2 && said.err.contains(word), "{} {}", said.code, said.err);
+    for (format, option, value, words) in [
+        ("amc", "--noise-mm", "5", "--format bvh"),
+        ("bvh", "--noise-mm", "1000.5", "a number of millimetres from 0 to 1000 is needed"),
+        ("bvh", "--noise-mm", "nan", "from 0 to 1000 is needed"),
+        ("bvh", "--noise-mm", "inf", "from 0 to 1000 is needed"),
+        ("bvh", "--noise-mm=-1", "--bench", "from 0 to 1000 is needed"),
+        ("bvh", "--clips=0", "--bench", "a whole number from 1 to 1000000 is needed"),
+        ("bvh", "--clips=1000001", "--bench", "a whole number from 1 to 1000000 is needed"),
+    ] {
+        let said = mill(folder.path(), &["synth", "--out", "made", "--format", format, option, value]);
+        assert!(said.code == 2 && said.err.contains(words), "{option} {value}: {} {}", said.code, said.err);
     }
 }
 
+/// Every example of the verbs that look, as the help shows it, in a shell.
+#[cfg(unix)]
 #[test]
 fn the_examples_in_the_help_work() {
     let copy = copy();

@@ -6,7 +6,7 @@ use std::fs;
 use std::io::Read;
 use std::net::TcpListener;
 use std::path::{Path, PathBuf};
-use std::process::{Child, Command, Stdio};
+use std::process::{Child, Command, Output, Stdio};
 use std::sync::OnceLock;
 use std::thread::JoinHandle;
 use std::time::{Duration, Instant};
@@ -91,6 +91,23 @@ impl Ended {
     pub(crate) fn parsed(&self) -> u64 {
         self.json()["parsed"].as_u64().unwrap()
     }
+}
+
+/// What a command said, and its exit code.
+pub(crate) struct Said {
+    pub(crate) out: String,
+    pub(crate) err: String,
+    pub(crate) code: i32,
+}
+
+/// Runs the program in a folder, and waits for it.
+pub(crate) fn mill(folder: &Path, args: &[&str]) -> Said {
+    said(Command::new(env!("CARGO_BIN_EXE_motionmill")).current_dir(folder).args(args).output().unwrap())
+}
+
+pub(crate) fn said(output: Output) -> Said {
+    let text = |bytes| String::from_utf8(bytes).unwrap();
+    Said { out: text(output.stdout), err: text(output.stderr), code: output.status.code().unwrap() }
 }
 
 pub(crate) fn hear(mut from: impl Read + Send + 'static) -> JoinHandle<String> {

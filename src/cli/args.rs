@@ -225,7 +225,7 @@ pub(crate) struct Export {
   motionmill synth --bench --clips 200 --format bvh --noise-mm 5 --out bench")]
 pub(crate) struct Synth {
     /// How many clips
-    #[arg(long, value_name = "N", default_value_t = 40)]
+    #[arg(long, value_name = "N", default_value_t = 40, value_parser = clips)]
     pub(crate) clips: usize,
     /// Every clip follows from the seed and its name
     #[arg(long, value_name = "S", default_value_t = 1)]
@@ -234,7 +234,7 @@ pub(crate) struct Synth {
     #[arg(long)]
     pub(crate) bench: bool,
     /// Normal noise of this deviation in every coordinate of every joint; BVH only, with positions at every joint
-    #[arg(long, value_name = "MM", default_value_t = 0.0)]
+    #[arg(long, value_name = "MM", default_value_t = 0.0, value_parser = millimetres)]
     pub(crate) noise_mm: f64,
     /// Text format
     #[arg(long, short, value_enum, default_value_t = TextFormat::Amc)]
@@ -346,6 +346,25 @@ fn workers(text: &str) -> Result<usize, String> {
     match text.parse::<usize>() {
         Ok(workers) if (1..=MOST_WORKERS).contains(&workers) => Ok(workers),
         _ => Err(format!("a whole number from 1 to {MOST_WORKERS} is needed")),
+    }
+}
+
+/// More are not made at once: their list is held in memory.
+const MOST_CLIPS: usize = 1_000_000;
+
+/// A number of clips.
+fn clips(text: &str) -> Result<usize, String> {
+    match text.parse::<usize>() {
+        Ok(clips) if (1..=MOST_CLIPS).contains(&clips) => Ok(clips),
+        _ => Err(format!("a whole number from 1 to {MOST_CLIPS} is needed")),
+    }
+}
+
+/// A length, up to a metre: a body is no larger than that.
+fn millimetres(text: &str) -> Result<f64, String> {
+    match text.parse::<f64>() {
+        Ok(length_mm) if (0.0..=1000.0).contains(&length_mm) => Ok(length_mm),
+        _ => Err("a number of millimetres from 0 to 1000 is needed".to_owned()),
     }
 }
 
