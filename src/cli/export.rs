@@ -33,7 +33,7 @@ struct Written {
 pub(super) fn export(args: &Export) -> Result<Answer, Refusal> {
     let (store, _) = open_to_read(&args.corpus)?;
     let clips = read_clips(&store)?;
-    let wanted = wanted(&names(args)?, &clips)?;
+    let wanted = wanted(&args.corpus, &names(args)?, &clips)?;
     let catalog = Catalog::open(&store)?;
     let (mut written, mut refused, mut taken) = (Vec::new(), Vec::new(), BTreeSet::new());
     for row in wanted {
@@ -75,10 +75,11 @@ fn names(args: &Export) -> Result<Vec<String>, Refusal> {
         }
         let mut text = String::new();
         std::io::stdin().lock().read_to_string(&mut text).map_err(|error| {
+            let corpus = args.corpus.display();
             Refusal::new(
                 format!("standard input: {error}"),
                 "names are read from it, one a line",
-                "motionmill search CORPUS --quiet | motionmill export CORPUS - --format bvh",
+                format!("motionmill search {corpus} --quiet | motionmill export {corpus} - --format bvh"),
             )
         })?;
         names.extend(text.lines().map(str::trim).filter(|line| !line.is_empty()).map(str::to_owned));
@@ -87,13 +88,13 @@ fn names(args: &Export) -> Result<Vec<String>, Refusal> {
 }
 
 /// The clips of the names, each once; before anything is written all names must be found.
-fn wanted<'a>(names: &[String], clips: &'a [ClipRow]) -> Result<Vec<&'a ClipRow>, Refusal> {
+fn wanted<'a>(corpus: &Path, names: &[String], clips: &'a [ClipRow]) -> Result<Vec<&'a ClipRow>, Refusal> {
     let (mut found, mut seen, mut refused) = (Vec::new(), BTreeSet::new(), Vec::new());
     for name in names {
         match look_up(clips, name) {
             Ok(row) if seen.insert(row.clip_id) => found.push(row),
             Ok(_) => {}
-            Err(error) => refused.push(Refusal::from(error).text),
+            Err(error) => refused.push(Refusal::of_look_up(&error, corpus).text),
         }
     }
     match refused.is_empty() {

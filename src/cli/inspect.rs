@@ -84,11 +84,11 @@ fn clip(
             // A clip that could not be used has no row; its faults say why.
             let of_it: Vec<FaultRow> = all_faults.into_iter().filter(|fault| is_called(fault, wanted)).collect();
             return match of_it.is_empty() {
-                true => Err(error.into()),
+                true => Err(Refusal::of_look_up(&error, &args.corpus)),
                 false => Ok(faults_answer(&of_it, args.json, "").ending(super::Ending::Failed)),
             };
         }
-        Err(error) => return Err(error.into()),
+        Err(error) => return Err(Refusal::of_look_up(&error, &args.corpus)),
     };
     let of_it: Vec<FaultRow> =
         all_faults.into_iter().filter(|fault| fault.source == row.source && fault.name == row.name).collect();

@@ -9,6 +9,7 @@ use crate::plan::{Config, IdleThresholds, PlanError};
 use serde::Serialize;
 use std::borrow::Cow;
 use std::io::{ErrorKind, Write};
+use std::path::Path;
 
 /// What a verb found.
 #[derive(Debug)]
@@ -75,12 +76,13 @@ impl From<CorpusError> for Refusal {
     }
 }
 
-impl From<LookUpError> for Refusal {
-    fn from(error: LookUpError) -> Refusal {
-        match &error {
+impl Refusal {
+    /// No clip of the corpus, or several, are called so.
+    pub(super) fn of_look_up(error: &LookUpError, corpus: &Path) -> Refusal {
+        match error {
             LookUpError::NotFound { nearest, .. } => {
                 let remedy = match nearest.as_slice() {
-                    [] => "motionmill search CORPUS --quiet lists all names".to_owned(),
+                    [] => format!("motionmill search {} --quiet lists all names", corpus.display()),
                     near => near.join(", "),
                 };
                 Refusal::new(error.to_string(), "a name, its last part, or a prefix that only one clip has", remedy)

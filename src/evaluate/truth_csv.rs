@@ -33,6 +33,18 @@ pub enum TruthMistake {
         /// As in the header.
         name: String,
     },
+    /// A header whose names are not between commas.
+    #[error("the header's names are separated by {}", separator_name(*separator))]
+    Separator {
+        /// What is between them.
+        separator: char,
+    },
+    /// A column that has no name.
+    #[error("column {number} has no name")]
+    NamelessColumn {
+        /// From 1.
+        number: usize,
+    },
     /// A column that stands there twice.
     #[error("column `{name}` stands there twice")]
     ColumnTwice {
@@ -84,7 +96,10 @@ impl TruthMistake {
             TruthMistake::Empty | TruthMistake::NotText | TruthMistake::NoFrameColumn => {
                 "truth is a table in CSV: a header, then one row a frame"
             }
-            TruthMistake::UnknownColumn { .. } => "the columns are `frame`, `left`, `right` and `gait`",
+            TruthMistake::Separator { .. } => "cells are separated by commas, so this is one column of an unknown name",
+            TruthMistake::UnknownColumn { .. } | TruthMistake::NamelessColumn { .. } => {
+                "the columns are `frame`, `left`, `right` and `gait`"
+            }
             TruthMistake::ColumnTwice { .. } => "it would be unclear which of the two counts",
             TruthMistake::NoTruthColumn => "it says nothing of contacts and nothing of gaits",
             TruthMistake::CellCount { .. } => "what stands in which column can't be told",
@@ -102,6 +117,10 @@ impl TruthMistake {
             }
             TruthMistake::NotText => "save it as UTF-8, with commas between the cells".to_owned(),
             TruthMistake::UnknownColumn { name } => format!("take `{name}` out, or give it one of these names"),
+            TruthMistake::Separator { .. } => "save it with commas between the cells: frame,left,right,gait".to_owned(),
+            TruthMistake::NamelessColumn { number } => {
+                format!("take column {number} out of every row, commas at the ends of lines too, or name it")
+            }
             TruthMistake::ColumnTwice { name } => format!("take one `{name}` out"),
             TruthMistake::NoTruthColumn => "one of these columns at least".to_owned(),
             TruthMistake::CellCount { expected, .. } => {
@@ -198,7 +217,8 @@ fn columns(header: &StringRecord) -> Result<Columns, TruthMistake> {
             "left" => &mut columns.feet[0],
             "right" => &mut columns.feet[1],
             "gait" => &mut columns.gait,
-            _ => return Err(TruthMistake::UnknownColumn { name: quoted(name) }),
+            "" => return Err(TruthMistake::NamelessColumn { number: at + 1 }),
+            _ => return Err(unknown_column(name)),
         };
         if place.replace(at).is_some() {
             return Err(TruthMistake::ColumnTwice { name: name.to_owned() });
@@ -209,6 +229,20 @@ fn columns(header: &StringRecord) -> Result<Columns, TruthMistake> {
         return Err(TruthMistake::NoTruthColumn);
     }
     frame.map(|frame| Columns { frame, ..columns }).ok_or(TruthMistake::NoFrameColumn)
+}
+
+/// A name that is none of ours, or several between which there is something else than commas.
+fn unknown_column(name: &str) -> TruthMistake {
+    let is_ours = |part: &str| ["frame", "left", "right", "gait"].contains(&part.trim().trim_matches('"'));
+    let splits = |separator: &char| name.contains(*separator) && name.split(*separator).any(is_ours);
+    match [';', '\t'].into_iter().find(splits) {
+        Some(separator) => TruthMistake::Separator { separator },
+        None => TruthMistake::UnknownColumn { name: quoted(name) },
+    }
+}
+
+fn separator_name(separator: char) -> String {
+    if separator == '\t' { "tabs".to_owned() } else { format!("`{separator}`") }
 }
 
 fn add_row(truth: &mut FrameTruth, row: &StringRecord, columns: Columns) -> Result<(), TruthMistake> {
@@ -265,10 +299,9 @@ mod tests {
         let whole = read_truth_csv(b"gait,right,frame,left\nwalk,0,0,1\nunknown,1,1,0\n").unwrap();
         assert_eq!(whole.planted, [Some(vec![Some(true), Some(false)]), Some(vec![Some(false), Some(true)])]);
         assert_eq!(whole.gait, Some(vec![Gait::Walk, Gait::Unknown]));
-        assert!(whole.has_contacts());
         let gait = read_truth_csv(b"frame,gait\n0,stand\n1,run\n2,jump\n3,\n").unwrap();
         assert_eq!(gait.gait, Some(vec![Gait::Stand, Gait::Run, Gait::Jump, Gait::Unknown]));
-        assert!(gait.planted == [None, None] && !gait.has_contacts() && gait.n_frames == 4);
+        assert!(gait.planted == [None, None] && gait.n_frames == 4);
         let left = read_truth_csv(b"frame,left\n0,true\n1,False\n2,\n").unwrap();
         assert_eq!(left.planted, [Some(vec![Some(true), Some(false), None]), None]);
         assert_eq!(read_truth_csv(b"frame,left").unwrap().n_frames, 0);
@@ -292,7 +325,12 @@ mod tests {
         refused("", None, "there is nothing in it");
         refused("\n\n", None, "there is nothing in it");
         refused("left,right\n1,0\n", Some(1), "no column `frame`");
-        refused("frame;left;right\n0;1;0\n", Some(1), "unknown column `frame;left;right`");
+        refused("frame;left;right\n0;1;0\n", Some(1), "the header's names are separated by `;`");
+        refused("\"frame\";\"gait\"\n0;walk\n", Some(1), "the header's names are separated by `;`");
+        refused("frame\tleft\n0\t1\n", Some(1), "the header's names are separated by tabs");
+        refused("frame,le;ft\n0,1\n", Some(1), "unknown column `le;ft`");
+        refused("frame,left,\n0,1,\n", Some(1), "column 3 has no name");
+        refused(",frame,left\n0,0,1\n", Some(1), "column 1 has no name");
         refused("frame\n0\n", Some(1), "no column `left`, `right` or `gait`");
         refused("frame,lefft\n0,1\n", Some(1), "unknown column `lefft`");
         refused("frame,left,left\n0,1,1\n", Some(1), "column `left` stands there twice");
