@@ -287,9 +287,8 @@ mod tests {
         assert_eq!((score.true_stances, score.strikes.count(), score.lift_offs.count()), (0, 2, 0));
     }
 
+    /// The score that found and true contacts have in each other's place.
     fn swapped(score: ContactScore) -> ContactScore {
-        let negative = |errors: TimeErrors| (errors.count(), errors.mean_ms().map(|mean| -mean));
-        assert_eq!(negative(score.strikes).0, score.strikes.count());
         ContactScore {
             false_positives: score.false_negatives,
             false_negatives: score.false_positives,
@@ -297,8 +296,8 @@ mod tests {
             found_stances: score.true_stances,
             missed: score.spurious,
             spurious: score.missed,
-            strikes: TimeErrors::default(),
-            lift_offs: TimeErrors::default(),
+            strikes: score.strikes.negated(),
+            lift_offs: score.lift_offs.negated(),
             ..score
         }
     }
@@ -334,10 +333,28 @@ mod tests {
             let back = ContactScore::of_foot(&b[..n], &a[..n], &[], rate_hz).unwrap();
             prop_assert_eq!((there.precision(), there.recall()), (back.recall(), back.precision()));
             prop_assert_eq!((there.f1(), there.accuracy()), (back.f1(), back.accuracy()));
-            prop_assert_eq!(there.strikes.mean_ms(), back.strikes.mean_ms().map(|mean| 0.0 - mean));
-            prop_assert_eq!(there.lift_offs.sd_ms(), back.lift_offs.sd_ms());
-            let no_times = |score| ContactScore { strikes: TimeErrors::default(), lift_offs: TimeErrors::default(), ..score };
-            prop_assert_eq!(swapped(there), no_times(back));
+            prop_assert_eq!(swapped(there), back);
+        }
+
+        #[test]
+        fn stances_that_overlap_one_to_one_swap_with_their_times(
+            gaps in prop::collection::vec((6_usize..12, 8_usize..20, 0_usize..4), 1..8),
+        ) {
+            // Each stance is found so many frames after it is true.
+            let (mut truth, mut found) = (Vec::new(), Vec::new());
+            for (before, planted, late) in &gaps {
+                truth.extend([vec![Some(false); *before], vec![Some(true); *planted]].concat());
+                found.extend([vec![Some(false); before + late], vec![Some(true); planted - late]].concat());
+            }
+            let [truth, found] = [truth, found].map(|marks| [marks, vec![Some(false); 3]].concat());
+            let there = ContactScore::of_foot(&found, &truth, &[], 30.0).unwrap();
+            let back = ContactScore::of_foot(&truth, &found, &[], 30.0).unwrap();
+            prop_assert_eq!(swapped(there), back);
+            let late_us: i64 = gaps.iter().map(|(_, _, late)| (*late as f64 / 30.0 * 1e6).round() as i64).sum();
+            let mean_ms = there.strikes.mean_ms().unwrap();
+            prop_assert_eq!(there.strikes.count(), gaps.len() as u64);
+            prop_assert!((mean_ms * 1e3 * gaps.len() as f64 - late_us as f64).abs() < 1.0, "{}", mean_ms);
+            prop_assert_eq!(there.lift_offs.mean_ms(), Some(0.0));
         }
 
         #[test]

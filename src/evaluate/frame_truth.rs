@@ -27,13 +27,6 @@ pub struct LengthsDiffer {
     pub truth: usize,
 }
 
-impl FrameTruth {
-    /// Whether anything is known of a foot in any frame.
-    pub fn has_contacts(&self) -> bool {
-        self.planted.iter().flatten().flatten().any(Option::is_some)
-    }
-}
-
 impl From<&Truth> for FrameTruth {
     /// Truth of a made person, with the times of its footstep plan.
     fn from(truth: &Truth) -> FrameTruth {

@@ -25,6 +25,5 @@ pub use contacts::ContactScore;
 pub use frame_truth::{FrameTruth, LengthsDiffer};
 pub use gaits::GaitConfusion;
 pub use name_rules::{NameRule, NameRules};
-pub use stances::{MIN_STANCE_S, Stance, stances};
 pub use time_errors::TimeErrors;
 pub use truth_csv::{TruthCsvError, TruthMistake, read_truth_csv};

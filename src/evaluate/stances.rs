@@ -3,28 +3,28 @@
 use core::ops::Range;
 
 /// Shorter stances are neither missed nor spurious, seconds: flicker of a label counts in the frames that it has.
-pub const MIN_STANCE_S: f64 = 0.1;
+pub(super) const MIN_STANCE_S: f64 = 0.1;
 
 /// Half a microsecond, to which times are kept: a stance of 3 frames at 30 Hz is not shorter than 0.1 s.
 const TOLERANCE_S: f64 = 0.5e-6;
 
 /// A longest run of frames in which a foot is planted.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Stance {
-    /// Half-open.
-    pub frames: Range<usize>,
-    /// Seconds from frame 0. None: it began before the frames that are known.
-    pub strike_s: Option<f64>,
-    /// Seconds from frame 0. None: it ends after the frames that are known.
-    pub lift_off_s: Option<f64>,
+pub(super) struct Stance {
+    /// Half-open, within the frames that are known.
+    pub(super) frames: Range<usize>,
+    /// Seconds from frame 0. None: it begins with the frames that are known, so the strike may have been earlier.
+    pub(super) strike_s: Option<f64>,
+    /// Seconds from frame 0. None: it ends with the frames that are known, so the lift-off may come later.
+    pub(super) lift_off_s: Option<f64>,
 }
 
-/// The stances in `planted` within a range of frames, which is all that is known. A transition lies half a frame before
+/// The stances of a foot within a range of frames, which is all that is known. A transition lies half a frame before
 /// the first frame of what follows it.
 ///
 /// # Shapes and units
-/// `planted`: `[frame]`; `rate_hz` > 0. Frames of the range that `planted` doesn't have are not planted.
-pub fn stances(planted: impl Fn(usize) -> bool, known: Range<usize>, rate_hz: f64) -> Vec<Stance> {
+/// `planted`: whether the foot is planted in a frame; asked of every frame of `known`, and of no other. `rate_hz` > 0.
+pub(super) fn stances(planted: impl Fn(usize) -> bool, known: Range<usize>, rate_hz: f64) -> Vec<Stance> {
     let time_s = |frame: usize| (frame as f64 - 0.5) / rate_hz;
     let mut found = Vec::new();
     let mut first = None;
@@ -71,7 +71,7 @@ pub(super) fn refine(stances: &mut [Stance], times_s: &[[f64; 2]], rate_hz: f64)
 
 impl Stance {
     /// Whether it counts when stances are counted: both transitions are known, and it lasts [`MIN_STANCE_S`].
-    pub fn counts(&self) -> bool {
+    pub(super) fn counts(&self) -> bool {
         match (self.strike_s, self.lift_off_s) {
             (Some(strike_s), Some(lift_off_s)) => lift_off_s - strike_s >= MIN_STANCE_S - TOLERANCE_S,
             _ => false,

@@ -61,6 +61,14 @@ impl TimeErrors {
 }
 
 #[cfg(test)]
+impl TimeErrors {
+    /// The same errors with true and found time swapped.
+    pub(super) fn negated(self) -> TimeErrors {
+        TimeErrors { sum_us: -self.sum_us, ..self }
+    }
+}
+
+#[cfg(test)]
 mod tests {
     #![expect(clippy::unwrap_used, reason = "tests")]
     use super::*;
