@@ -2,12 +2,14 @@
 
 use glam::DVec3;
 use motionmill::annotate::Gait;
+use motionmill::evaluate::NameRules;
 use motionmill::motion::skeleton::{AngleUnit, PositionRule};
 use motionmill::motion::{
     Axis, Channel, ChannelKind, Clip, Format, Joint, Poses, Role, RoleMap, Skeleton, UpAxis, kinematics,
 };
+use motionmill::plan::load_name_rules;
 use std::path::Path;
-use std::sync::Arc;
+use std::sync::{Arc, OnceLock};
 
 pub(crate) const RATE_HZ: f64 = 30.0;
 
@@ -44,16 +46,10 @@ pub(crate) fn read(path: &Path) -> (Poses, RoleMap) {
     (kinematics::poses(&clip), roles)
 }
 
-/// The gait that a clip's name promises (CONTACTS, head). None: another motion.
+/// The gait that a clip's name promises, by the rules that ship. None: another motion.
 pub(crate) fn gait_by_name(file: &str) -> Option<Gait> {
-    let (content, style) = file.split_once('_').and_then(|(_, rest)| rest.split_once('_'))?;
-    match content {
-        "run" if style.starts_with("elderly") => Some(Gait::Walk),
-        "run" | "dash" => Some(Gait::Run),
-        _ if content.starts_with("walk") => Some(Gait::Walk),
-        _ if content.starts_with("wave-") || content.starts_with("raise-up-") => Some(Gait::Stand),
-        _ => None,
-    }
+    static RULES: OnceLock<NameRules> = OnceLock::new();
+    RULES.get_or_init(|| load_name_rules("bandai-namco").unwrap()).class_of(file)
 }
 
 /// Names of the clips in a folder that promise a gait, sorted.

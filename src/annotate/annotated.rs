@@ -147,7 +147,7 @@ fn clip_labels(
     let ground = &contacts.ground;
     let facts = Facts {
         class: clip.class,
-        confidence: clip.confidence,
+        confidence: clip.confidence as f32,
         duty_factor,
         flight_fraction,
         n_steps: gaits.steps.len(),

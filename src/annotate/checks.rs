@@ -9,8 +9,13 @@ const DUTY_OF_A_WALK: f64 = 0.5;
 /// A clip whose hips get further than this many leg lengths from where they began has steps.
 const TRAVEL_IN_LEGS: f64 = 1.0;
 
-/// Of clips with this confidence or more hardly any is wrong (CONTACTS 1).
+/// Of clips with this confidence or more hardly any is wrong (CONTACTS 1); below it a gait is doubtful.
 pub const SURE: f64 = 0.8;
+
+/// Whether a gait of this confidence, as tables have it, is doubtful.
+pub fn is_doubtful(confidence: f32) -> bool {
+    f64::from(confidence) < SURE
+}
 
 /// The check of a clip whose class is less sure.
 pub const LOW_CONFIDENCE: &str = "low-confidence";
@@ -20,8 +25,8 @@ pub const LOW_CONFIDENCE: &str = "low-confidence";
 pub struct Facts {
     /// Class of the clip.
     pub class: Gait,
-    /// Confidence in the class, 0..1.
-    pub confidence: f64,
+    /// Confidence in the class, 0..1, as the tables have it.
+    pub confidence: f32,
     /// Share of a stride that a foot is planted.
     pub duty_factor: Option<f64>,
     /// Share of the frames with neither foot planted.
@@ -61,7 +66,7 @@ pub fn checks(facts: &Facts) -> Vec<String> {
         ("feet-rest-apart", facts.feet_rest_apart),
         ("uneven-ground", facts.uneven),
         ("treadmill", facts.treadmill),
-        (LOW_CONFIDENCE, facts.confidence < SURE),
+        (LOW_CONFIDENCE, is_doubtful(facts.confidence)),
     ];
     findings.into_iter().filter(|(_, found)| *found).map(|(name, _)| name.to_owned()).collect()
 }

@@ -1,8 +1,7 @@
 //! What to distrust in a corpus, the worst first.
 
 use super::numbers::{counted, grouped};
-use super::overview::DOUBTFUL;
-use crate::annotate::checks::LOW_CONFIDENCE;
+use crate::annotate::checks::{self, LOW_CONFIDENCE};
 use crate::corpus::{ClipRow, ClipState, Manifest};
 use serde::Serialize;
 use std::collections::{BTreeMap, BTreeSet};
@@ -46,7 +45,7 @@ pub(super) struct OddScale {
 
 /// Whether the gait of a clip is doubtful.
 pub(super) fn is_doubtful(clip: &ClipRow) -> bool {
-    !clip.origin.is_made() && clip.labels.gait_confidence.is_some_and(|confidence| confidence < DOUBTFUL)
+    !clip.origin.is_made() && clip.labels.gait_confidence.is_some_and(checks::is_doubtful)
 }
 
 impl Distrust {

@@ -3,6 +3,7 @@
 use super::distrust::is_doubtful;
 use super::numbers::{counted, grouped, grouped_text};
 use crate::annotate::Gait;
+use crate::annotate::checks::SURE;
 use crate::corpus::{
     ClipRow, CorpusError, Manifest, Origin, Store, left_out, read_clips, read_edges, read_faults, read_made, read_nodes,
 };
@@ -43,8 +44,6 @@ pub(crate) struct Overview {
 
 /// Gaits as the table shows them.
 const ROWS: [&str; 5] = ["stand", "walk", "run", "jump", "other, unknown"];
-/// Below this a gait is doubtful.
-pub(crate) const DOUBTFUL: f32 = 0.8;
 
 impl Overview {
     /// Reads what there is.
@@ -126,7 +125,7 @@ impl Overview {
         };
         let doubtful = match self.doubtful {
             0 => String::new(),
-            n => format!("confidence < {DOUBTFUL}: {} (motionmill inspect {corpus} --doubtful)", counted(n, "clip")),
+            n => format!("confidence < {SURE}: {} (motionmill inspect {corpus} --doubtful)", counted(n, "clip")),
         };
         row(&self.origin, &self.captured, &doubtful);
         for name in ROWS {
