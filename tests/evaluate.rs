@@ -1,26 +1,13 @@
 //! `evaluate`: a corpus against truth from files, from names, and from the plan of the program's own people.
 
+use crate::running::{Said, mill};
 use motionmill::corpus::{Catalog, ClipRow, Store, read_clips};
 use motionmill::plan::load_name_rules;
 use motionmill::plan::shipped::TRUTHS;
 use serde_json::Value;
 use std::fs;
 use std::path::{Path, PathBuf};
-use std::process::{Command, Output};
 use std::sync::OnceLock;
-
-struct Said {
-    out: String,
-    err: String,
-    code: i32,
-}
-
-fn mill(folder: &Path, args: &[&str]) -> Said {
-    let output: Output =
-        Command::new(env!("CARGO_BIN_EXE_motionmill")).current_dir(folder).args(args).output().unwrap();
-    let text = |bytes| String::from_utf8(bytes).unwrap();
-    Said { out: text(output.stdout), err: text(output.stderr), code: output.status.code().unwrap() }
-}
 
 fn evaluate(folder: &Path, args: &[&str]) -> Said {
     mill(folder, &[&["evaluate"], args].concat())

@@ -1,29 +1,16 @@
 //! `inspect --plot`: a clip's feet and gait as a picture that any reader of SVG takes.
 
-use crate::running::{digests, same};
+use crate::running::{Said, copy, digests, mill, same};
 use motionmill::corpus::{ClipRow, Manifest, Store, read_clips};
 use roxmltree::Document;
 use std::fs;
 use std::path::{Path, PathBuf};
-use std::process::Command;
 use std::sync::OnceLock;
 
 /// A body without legs.
 const ARM: &str = "HIERARCHY\nROOT arm\n{\nOFFSET 0 0 0\nCHANNELS 6 Xposition Yposition Zposition Zrotation Xrotation Yrotation\n\
 JOINT hand\n{\nOFFSET 0 30 0\nCHANNELS 3 Zrotation Xrotation Yrotation\nEnd Site\n{\nOFFSET 0 10 0\n}\n}\n}\n\
 MOTION\nFrames: 3\nFrame Time: 0.0333333\n0 90 0 0 0 0 0 0 0\n0 91 0 0 5 0 0 5 0\n0 92 0 0 9 0 0 9 0\n";
-
-struct Said {
-    out: String,
-    err: String,
-    code: Option<i32>,
-}
-
-fn mill(folder: &Path, args: &[&str]) -> Said {
-    let said = Command::new(env!("CARGO_BIN_EXE_motionmill")).current_dir(folder).args(args).output().unwrap();
-    let text = |bytes| String::from_utf8(bytes).unwrap();
-    Said { out: text(said.stdout), err: text(said.stderr), code: said.status.code() }
-}
 
 /// A folder with `corpus`, and `fixed` by the thesis' detector, made once. Pictures are put elsewhere.
 fn made() -> &'static Path {
@@ -34,7 +21,7 @@ fn made() -> &'static Path {
         fs::create_dir_all(&folder).unwrap();
         let run = |args: &[&str]| {
             let said = mill(&folder, args);
-            assert_eq!(said.code, Some(0), "{args:?}: {}{}", said.out, said.err);
+            assert_eq!(said.code, 0, "{args:?}: {}{}", said.out, said.err);
         };
         run(&["synth", "--clips", "2", "--seed", "1", "--out", "captures"]);
         fs::write(folder.join("captures/arm.bvh"), ARM).unwrap();
@@ -69,7 +56,7 @@ fn words(svg: &str) -> Vec<String> {
 fn a_plot_says_what_the_corpus_says_and_is_the_same_every_time() {
     let row = clip();
     let (said, folder) = plotted("corpus", &row.full_name(), &[]);
-    assert_eq!((said.code, said.err.as_str()), (Some(0), ""), "{}", said.out);
+    assert_eq!((said.code, said.err.as_str()), (0, ""), "{}", said.out);
     assert!(said.out.contains("\nplot       feet.svg: "), "{}", said.out);
     let svg = fs::read_to_string(folder.path().join("feet.svg")).unwrap();
     let words = words(&svg);
@@ -102,7 +89,7 @@ fn a_plot_says_what_the_corpus_says_and_is_the_same_every_time() {
 #[test]
 fn fixed_thresholds_weigh_nothing_and_are_drawn() {
     let (said, folder) = plotted("fixed", &clip().full_name(), &["--strip", "strip.svg", "--json"]);
-    assert_eq!(said.code, Some(0), "{}", said.err);
+    assert_eq!(said.code, 0, "{}", said.err);
     let value: serde_json::Value = serde_json::from_str(&said.out).unwrap();
     assert!(value["plot"].as_str().unwrap().starts_with("feet.svg: "), "{}", value["plot"]);
     assert!(value["strip"].as_str().unwrap().starts_with("strip.svg: "));
@@ -116,20 +103,20 @@ fn fixed_thresholds_weigh_nothing_and_are_drawn() {
 #[test]
 fn what_cannot_be_plotted_is_refused_and_nothing_is_written() {
     let (said, folder) = plotted("corpus", "arm", &["--strip", "strip.svg"]);
-    assert_eq!((said.code, said.out.as_str()), (Some(1), ""));
+    assert_eq!((said.code, said.out.as_str()), (1, ""));
     let name = "captures/arm";
     assert!(said.err.starts_with(&format!("error: {name}: no feet are known, so there is nothing to plot\n  why: ")));
     assert!(said.err.contains(&format!("corpus {name} --raw lists joints")), "{}", said.err);
     assert_eq!(fs::read_dir(folder.path()).unwrap().count(), 0);
 
     let (said, folder) = plotted("corpus", "no_such_clip", &[]);
-    assert_eq!(said.code, Some(1));
+    assert_eq!(said.code, 1);
     assert!(said.err.starts_with("error: no clip is called `no_such_clip`"), "{}", said.err);
     assert_eq!(fs::read_dir(folder.path()).unwrap().count(), 0);
 
     for again in ["feet.svg", "./feet.svg", "././feet.svg"] {
         let (said, folder) = plotted("corpus", &clip().full_name(), &["--strip", again]);
-        assert_eq!(said.code, Some(2), "{}", said.err);
+        assert_eq!(said.code, 2, "{}", said.err);
         assert!(said.err.starts_with("error: --strip and --plot name one file\n"), "{}", said.err);
         assert_eq!(fs::read_dir(folder.path()).unwrap().count(), 0);
     }
@@ -140,7 +127,7 @@ fn what_cannot_be_plotted_is_refused_and_nothing_is_written() {
     {
         let before = digests(&corpus);
         let said = mill(made(), &["inspect", "corpus", &clip().full_name(), option, file]);
-        assert_eq!((said.code, said.out.as_str()), (Some(2), ""), "{}", said.err);
+        assert_eq!((said.code, said.out.as_str()), (2, ""), "{}", said.err);
         let begins = format!("error: {option} {file} lies in the corpus\n  why: ");
         let remedy = format!("\n  try: {option} {}\n", file.rsplit('/').next().unwrap());
         assert!(said.err.starts_with(&begins) && said.err.ends_with(&remedy), "{}", said.err);
@@ -149,23 +136,23 @@ fn what_cannot_be_plotted_is_refused_and_nothing_is_written() {
 
     let args = ["inspect", corpus.to_str().unwrap(), &clip().full_name(), "--plot", "no/such/folder/feet.svg"];
     let said = mill(made(), &args);
-    assert_eq!(said.code, Some(1));
+    assert_eq!(said.code, 1);
     assert!(said.err.starts_with("error: no/such/folder/feet.svg: "), "{}", said.err);
 
     let said = mill(made(), &["inspect", "corpus", "--plot", "feet.svg"]);
-    assert_eq!(said.code, Some(2), "a plot is of a clip: {}", said.err);
+    assert_eq!(said.code, 2, "a plot is of a clip: {}", said.err);
 }
 
 #[test]
 fn a_corpus_that_does_not_know_its_plan_is_plotted_by_the_defaults() {
     let folder = tempfile::tempdir().unwrap();
-    super::running::copy(&made().join("fixed"), &folder.path().join("fixed"));
+    copy(&made().join("fixed"), &folder.path().join("fixed"));
     let store = Store::new(folder.path().join("fixed"));
     let mut manifest = Manifest::read(&store).unwrap().unwrap();
     manifest.plan = serde_json::Value::Null;
     manifest.put(&store).unwrap();
     let said = mill(folder.path(), &["inspect", "fixed", &clip().full_name(), "--plot", "feet.svg"]);
-    assert_eq!(said.code, Some(0), "{}", said.err);
+    assert_eq!(said.code, 0, "{}", said.err);
     assert_eq!(
         said.err,
         "fixed: the plan that it was made by is not known; contacts are plotted by the default settings\n"

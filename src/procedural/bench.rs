@@ -42,7 +42,8 @@ impl BenchGroup {
         }
     }
 
-    /// The group of a clip of [`bench()`], by its name; none for other clips.
+    /// The group of the kind that the clip's name names: `stairs_up` of `stairs_up_02`. Only the name is looked at, so
+    /// a clip that was not made by [`bench()`] has a group too if it is called like one of its clips.
     pub fn of(spec: &ClipSpec) -> Option<BenchGroup> {
         let (kind, _) = spec.name.rsplit_once('_')?;
         ROUND.iter().find(|(name, ..)| *name == kind).map(|(_, group, _)| *group)

@@ -157,7 +157,7 @@ pub const DIP_S: f64 = 0.45;
 /// `draws` decide the first foot and the phase of the stride at the first frame, nothing else.
 ///
 /// # Errors
-/// [`PlanError`] for an empty list, a value out of range, a jump or balance that follows no stand.
+/// [`PlanError`] for an empty list, a value out of range, a jump, hop or balance that follows no stand.
 pub fn plan(acts: &[Act], footing: &Footing, yaw_rad: f64, draws: &mut Draws) -> Result<Plan, PlanError> {
     check(acts)?;
     Ok(footsteps(acts, footing, yaw_rad, draws))
