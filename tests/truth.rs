@@ -13,6 +13,7 @@ use motionmill::procedural::{
 const CLIPS: usize = 300;
 
 struct Made {
+    name: String,
     group: BenchGroup,
     poses: Poses,
     roles: RoleMap,
@@ -33,7 +34,14 @@ fn clips(disturbances: &[Disturbance]) -> Vec<Made> {
             for disturbance in disturbances {
                 poses = disturb(&poses, rate_hz, disturbance, &mut Draws::new(1, &spec.name, "disturbance"));
             }
-            Made { group: BenchGroup::of(&spec).unwrap(), poses, roles, rate_hz, truth: made.truth }
+            Made {
+                name: spec.name.clone(),
+                group: BenchGroup::of(&spec).unwrap(),
+                poses,
+                roles,
+                rate_hz,
+                truth: made.truth,
+            }
         })
         .collect()
 }
@@ -103,6 +111,9 @@ fn plants_of_made_people_are_found_where_the_plan_put_them() {
     outcome(clean.iter(), &fixed(1.0)).show("5 cm / 1.0 m/s");
     for group in BenchGroup::ALL {
         outcome(clean.iter().filter(|clip| clip.group == group), &Settings::default()).show(group.name());
+    }
+    for way in ["stairs_up", "stairs_down"] {
+        outcome(clean.iter().filter(|clip| clip.name.starts_with(way)), &Settings::default()).show(way);
     }
     assert!(holds(&found, 0.985, 0));
     for times in [&found.contacts.strikes, &found.contacts.lift_offs] {
