@@ -46,7 +46,7 @@ fn no_live_pair_is_ever_closer_than_the_one_that_merges() {
         return;
     }
     assert_eq!(vectors.len(), 1200);
-    let merges = tree(&vectors, &Settings::default()).unwrap();
+    let merges = tree(vectors.clone(), &Settings::default()).unwrap();
     assert!(merges.len() > 1100, "{}", merges.len());
     let mut items: BTreeMap<u32, (Vector, u32)> = (0..).zip(vectors.iter().map(|&vector| (vector, 1))).collect();
     // Every live pair by (E, lower, higher), as a set: what is least is at its front.
@@ -89,7 +89,7 @@ fn equals_scipys_centroid_linkage() {
         return;
     }
     assert_eq!(vectors.len(), 3000);
-    let merges = tree(&vectors, &Settings::default()).unwrap();
+    let merges = tree(vectors.clone(), &Settings::default()).unwrap();
     let folder = tempfile::tempdir().unwrap();
     let [rows, log] = ["vectors.f32", "merges.json"].map(|name| folder.path().join(name));
     let bytes: Vec<u8> = vectors.iter().flat_map(|vector| vector.0).flat_map(f32::to_le_bytes).collect();
@@ -150,7 +150,7 @@ fn states_of(clips: &[(Poses, RoleMap)], threshold_m2: f64) -> (Vec<State>, Labe
         labels.push((states, frames));
     }
     let states = of_state.into_iter().map(|(plant_state, (samples, vectors))| {
-        let merges = tree(&vectors, &settings).unwrap();
+        let merges = tree(vectors.clone(), &settings).unwrap();
         let cut = cut(vectors.len(), &merges, threshold_m2).unwrap();
         State { plant_state, samples, vectors, merges, cut }
     });
@@ -240,7 +240,7 @@ fn a_walk_cycle_falls_into_five_to_ten_nodes() {
         for plant_state in PlantState::ALL {
             let own: Vec<usize> = (0..frames.len()).filter(|&frame| states[frame] == Some(plant_state)).collect();
             let own_vectors: Vec<Vector> = own.iter().map(|&frame| vectors[frame]).collect();
-            let merges = tree(&own_vectors, &Settings::default()).unwrap();
+            let merges = tree(own_vectors.clone(), &Settings::default()).unwrap();
             let nodes = cut(own.len(), &merges, 0.5).unwrap().nodes_of_samples();
             for (frame, node) in own.into_iter().zip(nodes) {
                 node_of_frame[frame] = (Some(plant_state), node);

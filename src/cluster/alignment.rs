@@ -157,7 +157,7 @@ mod tests {
     fn aligned(rule: AlignmentRule, threshold_m2: f64) -> (Vec<Sequence>, Vec<Vector>, Cut, Vec<Medoid>) {
         let vectors = walks::smooth(8, 600);
         let samples: Vec<Sample> = (0..600).map(|i| Sample { clip_id: 9 - i / 200, frame: i % 200 }).collect();
-        let merges = tree(&vectors, &Settings::default()).unwrap();
+        let merges = tree(vectors.clone(), &Settings::default()).unwrap();
         let at = cut(600, &merges, threshold_m2).unwrap();
         let nodes = at.nodes_of_samples();
         let clips: Vec<ClipRuns> = (0..3)

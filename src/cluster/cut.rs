@@ -96,7 +96,7 @@ mod tests {
     use crate::cluster::{Settings, Vector, tree, walks};
 
     fn up_to(vectors: &[Vector], t_max_m2: f64) -> Vec<Merge> {
-        tree(vectors, &Settings { t_max_m2, ..Default::default() }).unwrap()
+        tree(vectors.to_vec(), &Settings { t_max_m2, ..Default::default() }).unwrap()
     }
 
     #[test]

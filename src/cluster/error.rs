@@ -20,6 +20,14 @@ pub enum ClusterError {
         /// What was found, m^2.
         found_m2: f64,
     },
+    /// Bands of the tree that do not get anywhere.
+    #[error("`{name}` of the bands is {found}; it has to be above 1 and finite")]
+    Bands {
+        /// Field of the settings.
+        name: &'static str,
+        /// What was found.
+        found: f64,
+    },
     /// A weight or time scale of the metric is negative, NaN, infinite or absurdly large.
     #[error("`{name}` is {found}; it has to lie between 0 and 1e6")]
     Weight {
@@ -48,4 +56,7 @@ pub enum ClusterError {
         /// Which merge.
         at: usize,
     },
+    /// Whoever was told of the steps wanted no more of them.
+    #[error("stopped before it was done")]
+    Stopped,
 }

@@ -77,7 +77,7 @@ mod tests {
     #[test]
     fn of_two_the_first_and_radii_agree_with_the_tree() {
         let vectors = walks::smooth(4, 600);
-        let merges = tree(&vectors, &Settings::default()).unwrap();
+        let merges = tree(vectors.clone(), &Settings::default()).unwrap();
         let at = cut(600, &merges, 0.01).unwrap();
         let found = medoids(&vectors, &at);
         let mut n_pairs = 0;

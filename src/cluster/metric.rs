@@ -166,6 +166,7 @@ impl Metric {
 /// Differences and squares in f64; eight running sums (coordinate 8c + l goes to sum l), added up pairwise at
 /// the end. Plain multiply and add instead of the fused operation, which processors without it would have to
 /// imitate in software.
+#[inline(always)] // Into loops that are compiled for wider registers than the rest.
 pub fn error_m2(a: &Vector, b: &Vector) -> f64 {
     let mut sums = [0.0_f64; 8];
     for (a, b) in a.0.as_chunks::<8>().0.iter().zip(b.0.as_chunks::<8>().0) {

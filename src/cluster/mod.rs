@@ -7,6 +7,7 @@
 //! the order in which clips are given show in their results.
 
 pub mod alignment;
+pub mod banded;
 mod box_tree;
 pub mod components;
 pub mod cut;
@@ -16,6 +17,8 @@ mod duplicates;
 pub mod error;
 pub mod frame_ranges;
 pub mod graph;
+mod log;
+pub mod matrix;
 pub mod medoid;
 pub mod metric;
 pub mod nodes;
@@ -23,16 +26,20 @@ pub mod queue;
 mod search_basis;
 pub mod tables;
 #[cfg(test)]
+mod tree_tests;
+#[cfg(test)]
 mod walks;
 
 pub use alignment::{AlignmentRule, StateCut, align};
+pub use banded::tree;
 pub use components::{Components, components, largest_share};
 pub use cut::{Cut, cut, levels};
 pub use error::ClusterError;
 pub use frame_ranges::frame_ranges;
 pub use graph::{ClipRuns, Graph, PlacedSample, Run, Visits, graph, runs, sequences};
+pub use matrix::tree_by_matrix;
 pub use medoid::{Medoid, medoids};
 pub use metric::{EffectorWeights, Metric, Settings, Vector, error_m2};
 pub use nodes::{first_nodes, nodes};
-pub use queue::tree;
+pub use queue::tree_by_queue;
 pub use tables::{Edge, Merge, Node, Sample, Sequence};

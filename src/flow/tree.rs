@@ -9,7 +9,7 @@
 //! done; what a kill costs is the state in hand.
 
 use super::agree::agree;
-use super::gauges::{Gauges, Station};
+use super::gauges::Station;
 use super::halt::Halt;
 use super::mill::MillContext;
 use super::shard_writer::fatal_text;
@@ -17,8 +17,9 @@ use super::tickets::open_desk;
 use super::work::{ClipJob, ClipOrigin, ShardJob, Todo};
 use crate::annotate::PlantState;
 use crate::annotate::samples::samples;
+use crate::cluster::banded::{Bands, Step, tree_in_bands};
 use crate::cluster::metric::LANES;
-use crate::cluster::{Metric, Sample, Vector, tree};
+use crate::cluster::{ClusterError, Merge, Metric, Sample, Vector};
 use crate::corpus::{
     Catalog, ClipFormat, ClipRow, CorpusError, FileNotes, FileRecord, Manifest, ShardKind, StageKeys, items_file,
     merges_file, write_items, write_merges,
@@ -28,6 +29,7 @@ use crate::plan::{ClipFacts, ClipFilter};
 use serde::{Deserialize, Serialize};
 use std::cell::RefCell;
 use std::collections::{BTreeMap, BTreeSet};
+use std::ops::ControlFlow;
 use std::rc::Rc;
 use std::sync::Arc;
 use std::sync::atomic::Ordering;
@@ -163,7 +165,8 @@ pub(crate) fn grow_trees(
         }
         let start = Instant::now();
         match grow(state, samples, context) {
-            Ok(written) => input.send(written),
+            Ok(Some(written)) => input.send(written),
+            Ok(None) => break,
             Err(error) => context.flag.halt(Halt::Fatal(error)),
         }
         context.gauges.spent(Station::Tree, start.elapsed());
@@ -360,8 +363,8 @@ fn read_samples(shard: &ShardJob, metric: &Metric, context: &MillContext) -> Res
     Ok(found)
 }
 
-/// One state: samples in tie order, the tree, its two tables.
-fn grow(state: u8, mut clips: Vec<Samples>, context: &MillContext) -> Result<TreeWritten, String> {
+/// One state: samples in tie order, the tree, its two tables. None: the run halts.
+fn grow(state: u8, mut clips: Vec<Samples>, context: &MillContext) -> Result<Option<TreeWritten>, String> {
     let plant_state = PlantState::ALL[state as usize];
     clips.sort_by(|a, b| (&a.source, &a.name).cmp(&(&b.source, &b.name)));
     let items: Vec<Sample> = clips
@@ -369,9 +372,11 @@ fn grow(state: u8, mut clips: Vec<Samples>, context: &MillContext) -> Result<Tre
         .flat_map(|clip| clip.frames.iter().map(|&frame| Sample { clip_id: clip.clip_id, frame }))
         .collect();
     let vectors: Vec<Vector> = clips.into_iter().flat_map(|clip| to_vectors(&clip.vectors)).collect();
-    say(&context.gauges, plant_state, vectors.len());
-    let merges = tree(&vectors, &context.settings.cluster)
-        .map_err(|error| format!("plant state {}: {error}", plant_state.name()))?;
+    let merges = match grow_in_bands(plant_state, vectors, context) {
+        Ok(merges) => merges,
+        Err(ClusterError::Stopped) => return Ok(None),
+        Err(error) => return Err(format!("plant state {}: {error}", plant_state.name())),
+    };
     let notes = FileNotes::from([
         ("t_max_m2".to_owned(), context.settings.cluster.t_max_m2.to_string()),
         ("metric".to_owned(), Metric::new(&context.settings.cluster).map(|metric| metric.digest()).unwrap_or_default()),
@@ -384,7 +389,7 @@ fn grow(state: u8, mut clips: Vec<Samples>, context: &MillContext) -> Result<Tre
     };
     let files = write().map_err(|error: CorpusError| fatal_text(&error))?;
     let files = files.into_iter().map(|file| (file.path, file.bytes, file.blake3, file.rows)).collect();
-    Ok(TreeWritten { state, files })
+    Ok(Some(TreeWritten { state, files }))
 }
 
 fn to_vectors(values: &[f32]) -> Vec<Vector> {
@@ -392,6 +397,16 @@ fn to_vectors(values: &[f32]) -> Vec<Vector> {
     whole.iter().map(|lanes| Vector(*lanes)).collect()
 }
 
-fn say(gauges: &Gauges, state: PlantState, n: usize) {
-    gauges.say(&format!("plant state {}: {n} samples", state.name()));
+/// Says how far it is, and stops when the run halts.
+fn grow_in_bands(state: PlantState, vectors: Vec<Vector>, context: &MillContext) -> Result<Vec<Merge>, ClusterError> {
+    let n = vectors.len();
+    let mut merged = 0;
+    let mut tell = |step| {
+        if let Step::Arranged { items } = step {
+            merged = 100 * (n - items) / n;
+        }
+        context.gauges.say(&format!("plant state {}: {n} samples, {merged} % merged", state.name()));
+        if context.flag.reason().is_some() { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
+    };
+    tree_in_bands(vectors, &context.settings.cluster, &Bands::default(), &mut tell)
 }
